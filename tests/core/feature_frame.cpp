@@ -10,13 +10,14 @@ namespace maxlogdet::test {
 namespace {
 
 constexpr double bf = 50;
+constexpr double shift_of_right = 32;
 
 }  // namespace
 
 RigidTransform rows_of(const Isometry& T) { return RigidTransform(T.matrix()); }
 
 Camera typical_camera(CameraModel model) {
-  const PinholeCamera pinhole = {458, 457, 367, 248, bf};
+  const PinholeCamera pinhole = {458, 457, 367, 248, bf, 367 + shift_of_right};
   switch (model) {
     case CameraModel::radial_tangential: return Camera::radial_tangential(pinhole, -0.05, 0.01, 2e-4, -1e-4, 1e-3);
     case CameraModel::kannala_brandt: return Camera::kannala_brandt(pinhole, -0.01, 0.02, -0.003, 0.0004);
@@ -68,6 +69,7 @@ void FeatureFrame::add(Random& random, std::size_t i) {
   measure(random, p_c, match);
   if (!(match.u_right >= 0 || match.depth > 0)) has_depth_cue.back() = 0;  // as outside of the right image
   matches.push_back(match);
+  usable.push_back(1);
 }
 
 // A match without a covariance gets that of the options' map_sigma.
@@ -92,7 +94,42 @@ void FeatureFrame::measure(Random& random, const Eigen::Vector3d& p_c, FeatureMa
   if (is_depth) {
     match.depth = p_c.z() + random.uniform(-5, 5) * options.depth_sigma;
   } else {
-    match.u_right = static_cast<double>(uv.x()) - bf / p_c.z() + random.uniform(-5, 5) * match.sigma;
+    const double right = static_cast<double>(uv.x()) - bf / p_c.z() + shift_of_right;
+    match.u_right = right + random.uniform(-5, 5) * match.sigma;
+  }
+}
+
+void FeatureFrame::make_odd(Random& random, std::size_t i) {
+  FeatureMatch& match = matches[i];
+  const double broken[] = {nan, infinity, -infinity};
+  const double sigmas_of_no_use[] = {0, -1, nan, infinity, 1e-16, 1e16};
+  const int kind_of_odd = random.integer(0, 6);
+  switch (kind_of_odd) {
+    case 0: {
+      const std::size_t d = random.index(3);
+      match.point[d] = points[3 * i + d] = broken[random.integer(0, 2)];
+      break;
+    }
+    case 1: match.measured[random.integer(0, 1)] = broken[random.integer(0, 2)]; break;
+    case 2: match.sigma = sigmas[i] = sigmas_of_no_use[random.integer(0, 5)]; break;
+    case 3: match.camera_id = static_cast<std::uint8_t>(random.chance(0.5) ? 255 : (kind.has_rig ? 2 : 1)); break;
+    case 4: match.measured[0] = match.measured[1] = unmeasured; break;
+    case 5:
+      match.u_right = random.chance(0.5) ? -1 : broken[random.integer(0, 2)];
+      match.depth = random.chance(0.5) ? 0 : broken[random.integer(0, 2)];
+      has_depth_cue[i] = 0;
+      break;
+    default: match.is_required = true;
+  }
+  if (kind_of_odd > 3) return;
+  usable[i] = 0;
+  if (random.chance(0.5)) match.u_right = match.depth = 3;  // which then sets nothing for the others
+  if (random.chance(0.5)) knows_covariance[i] = 1;
+}
+
+void FeatureFrame::make_odd(Random& random, double share) {
+  for (std::size_t i = 0; i < matches.size(); ++i) {
+    if (random.chance(share)) make_odd(random, i);
   }
 }
 
@@ -135,16 +172,23 @@ Matches FeatureFrame::arrays() const {
   arrays.points = points.data();
   arrays.sigmas = sigmas.data();
   arrays.has_depth_cue = has_depth_cue.data();
+  arrays.usable = usable.data();
   if (kind.has_rig) arrays.camera_ids = camera_ids.data();
-  const bool is_any_known = std::count(knows_covariance.begin(), knows_covariance.end(), 1) > 0;
-  if (is_any_known) arrays.map_covariances = covariances.data();
+  for (std::size_t i = 0; i < matches.size(); ++i) {
+    if (usable[i] != 0 && knows_covariance[i] != 0) arrays.map_covariances = covariances.data();
+  }
   return arrays;
+}
+
+BlockOptions FeatureFrame::options_of_blocks() const {
+  BlockOptions of_blocks = options;
+  if (arrays().map_covariances != nullptr) of_blocks.weighting = with_covariances(options.weighting);
+  return of_blocks;
 }
 
 BlockStore FeatureFrame::blocks() const {
   const Matches given = arrays();
-  BlockOptions block_options = options;
-  if (given.map_covariances != nullptr) block_options.weighting = Weighting::measurement_and_map;
+  const BlockOptions block_options = options_of_blocks();
   BlockStore store(matches.size());
   const BlockReport report = kind.has_rig ? append_blocks(cameras, 2, rows_of(T_cw), given, block_options, store)
                                           : append_blocks(cameras[0], rows_of(T_cw), given, block_options, store);
@@ -158,7 +202,7 @@ WideVector3 FeatureFrame::residuals(std::size_t i, const Isometry& pose) const {
 
 WideVector3 FeatureFrame::residuals_of(std::size_t i, const WideVector3& p) const {
   const WideVector2 uv = image_of(cameras[camera_of_match(i)], p);
-  const long double depth_cue = kind.depth_cue == DepthCue::depth ? p.z() : uv.x() - bf / p.z();
+  const long double depth_cue = kind.depth_cue == DepthCue::depth ? p.z() : uv.x() - bf / p.z() + shift_of_right;
   const FeatureMatch& match = matches[i];
   const long double measured = kind.depth_cue == DepthCue::depth ? match.depth : match.u_right;
   return {match.measured[0] - uv.x(), match.measured[1] - uv.y(), measured - depth_cue};

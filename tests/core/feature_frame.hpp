@@ -44,8 +44,13 @@ struct FeatureFrame {
   void start(GoodFeatures& good) const;
   void gather(GoodFeatures& good) const;
 
-  /// The matches as arrays, and the blocks that append_blocks makes of them.
+  /// Makes a share of the matches odd: numbers of no use, unknown cameras, measurements or cues that are missing; and
+  /// some required.
+  void make_odd(Random& random, double share);
+
+  /// The matches as arrays, and the blocks that append_blocks makes of them. Only usable matches count.
   Matches arrays() const;
+  BlockOptions options_of_blocks() const;
   BlockStore blocks() const;
 
   /// Squared residuals of match i at `pose` in units of their deviations, in long double; infinite behind the camera.
@@ -64,10 +69,12 @@ struct FeatureFrame {
   std::vector<FeatureMatch> matches;
   std::vector<double> points, sigmas, covariances;
   std::vector<unsigned char> camera_ids, has_depth_cue, knows_covariance;
+  std::vector<unsigned char> usable;  // by the rules of GoodFeatures::select
 
  private:
   void add(Random& random, std::size_t i);
   void add_covariance(Random& random);
+  void make_odd(Random& random, std::size_t i);
   void measure(Random& random, const Eigen::Vector3d& p_c, FeatureMatch& match) const;
 };
 

@@ -1,190 +1,136 @@
 // SPDX-License-Identifier: MIT
-// How GoodFeatures judges the matches that were not selected, and the information that it has of each: chi2 against
-// projections in long double.
-#include "tests/core/feature_frame.hpp"
-#include "tests/support/linear_algebra.hpp"
+// What GoodFeatures says of matches and frames: chi2 of those that were not selected, against projections in long
+// double, the weight of each, and what is suspicious of a frame that is answered.
+#include "tests/core/alignment_scene.hpp"
+#include "tests/support/answer.hpp"
 #include "tests/support/numbers.hpp"
-#include "tests/support/pose_derivative.hpp"
+#include "tests/support/sweeps.hpp"
 
-#include <array>
+#include <maxlogdet/match_information.hpp>
+
+#include <algorithm>
 #include <cmath>
+#include <functional>
+#include <utility>
 #include <vector>
+
+namespace maxlogdet {
+
+inline void PrintTo(Warning warning, std::ostream* out) { *out << to_string(warning); }
+
+}  // namespace maxlogdet
 
 namespace maxlogdet::test {
 namespace {
 
-TEST(GoodFeatures, chi2_is_that_of_the_projection_and_an_outlier_is_above_its_quantile) {
+// e^T Omega e where the optimiser weighs by Omega, and there is one; else the squares of e in deviations.
+double expected_chi2(const GoodFeatures& good, const FeatureFrame& frame, std::size_t i, const Isometry& pose) {
+  if (good.is_selected(i)) return nan;
+  if (frame.usable[i] == 0) return infinity;
+  if (frame.matches[i].measured[0] == unmeasured) return nan;
+  const auto plain = static_cast<double>(frame.chi2(i, pose));
+  double omega[9];
+  if (!good.is_weighted || plain == infinity || !match_information(good, i, omega)) return plain;
+  const WideVector3 e = frame.residuals(i, pose);
+  const int rows = frame.has_depth_cue[i] != 0 ? 3 : 2;
+  long double sum = 0;
+  for (int a = 0; a < rows * rows; ++a) sum += e(a / rows) * omega[a] * e(a % rows);
+  return static_cast<double>(sum);
+}
+
+// Whatever is odd, or beyond the capacity.
+TEST(GoodFeatures, chi2_is_that_of_the_residual_and_an_outlier_is_above_its_quantile) {
   GoodFeatures good(200);
-  const auto judge = [&](Random& random, const FeatureFrame& frame) {
+  for_frames_of_all_kinds(trials(100), 201, [&](Random& random, FeatureFrame frame) {
+    frame.make_odd(random, random.chance(0.5) ? 0.1 : 0);
+    good.is_weighted = random.chance(0.5);
     frame.gather(good);
     ASSERT_EQ(good.select(with_budget(50)).status, Status::ok);
     const Isometry optimised = random_isometry(random, 0.02, 0.002) * frame.T_cw;
-    for (std::size_t i = 0; i < 200; ++i) EXPECT_TRUE(std::isnan(good.chi2(i))) << "before outliers()";
-    good.outliers(rows_of(optimised));
-    int outliers = 0;
-    for (std::size_t i = 0; i < 200; ++i) {
-      if (good.is_selected(i)) {
-        EXPECT_TRUE(std::isnan(good.chi2(i))) << i;
-        EXPECT_FALSE(good.is_outlier(i)) << i;
-        continue;
-      }
-      const auto expected = static_cast<double>(frame.chi2(i, optimised));
-      if (std::isinf(expected) && frame.kind.model != CameraModel::pinhole)
-        continue;  // wide cameras see behind themselves
+    for (std::size_t i = 0; i <= 200; ++i) EXPECT_TRUE(std::isnan(good.chi2(i))) << "before outliers()";
+    const IndexRange range = good.outliers(rows_of(optimised));
+    const std::vector<std::uint32_t> outliers(range.begin(), range.end());
+    for (std::uint32_t i = 0; i < 200; ++i) {
       const double quantile = frame.has_depth_cue[i] != 0 ? chi2_of_three : chi2_of_two;
-      if (std::isinf(expected)) {
-        EXPECT_EQ(good.chi2(i), infinity) << i;
-      } else {
-        EXPECT_NEAR(good.chi2(i), expected, 1e-7 * (1 + expected)) << i;
-      }
       EXPECT_EQ(good.is_outlier(i), good.chi2(i) > quantile) << i;
-      outliers += good.is_outlier(i) ? 1 : 0;
+      EXPECT_EQ(good.is_outlier(i), std::binary_search(outliers.begin(), outliers.end(), i)) << i;
+      const double expected = expected_chi2(good, frame, i, optimised);
+      const bool is_behind = frame.usable[i] != 0 && expected == infinity;
+      if (is_behind && frame.kind.model != CameraModel::pinhole) continue;  // wide cameras see behind themselves
+      if (std::isfinite(expected)) {
+        EXPECT_NEAR(good.chi2(i), expected, 1e-6 * (1 + expected)) << i;
+      } else {
+        EXPECT_TRUE(same_value(good.chi2(i), expected)) << i << ' ' << good.chi2(i) << ' ' << expected;
+      }
     }
-    EXPECT_GT(outliers, 20);
-    EXPECT_LT(outliers, 145);
-  };
-  for_frames_of_all_kinds(trials(60), 200, judge);
-}
-
-// d h / d p_c by differences of image_of.
-WideMatrix jacobian_of(const FeatureFrame& frame, std::size_t i, const WideVector3& p) {
-  const Camera& camera = frame.cameras[frame.camera_of_match(i)];
-  const bool is_depth = frame.kind.depth_cue == DepthCue::depth;
-  const long double step = 1e-7L * p.norm();
-  WideMatrix J(3, 3);
-  for (int d = 0; d < 3; ++d) {
-    const WideVector3 by = step * WideVector3::Unit(d);
-    J.col(d).head<2>() = (image_of(camera, p + by) - image_of(camera, p - by)) / (2 * step);
-    const long double of_depth = d == 2 ? 1 : 0;
-    J(2, d) = is_depth ? of_depth : J(0, d) + 50 / (p.z() * p.z()) * of_depth;
-  }
-  return J.topRows(frame.has_depth_cue[i] != 0 ? 3 : 2);
-}
-
-// J^T Omega J of a match, J by the pose.
-WideMatrix weighted_information(const FeatureFrame& frame, std::size_t i, const double* omega) {
-  const WideVector3 p_b = (frame.T_cw * frame.point(i)).cast<long double>();
-  WideMatrix H = jacobian_of(frame, i, frame.in_camera(i, frame.T_cw));
-  if (frame.kind.has_rig) H = wide_product(H, frame.T_cb[frame.camera_of_match(i)].linear().cast<long double>());
-  H = wide_product(H, pose_derivative(p_b));
-  WideMatrix weight(H.rows(), H.rows());
-  for (Eigen::Index a = 0; a < H.rows(); ++a) {
-    for (Eigen::Index b = 0; b < H.rows(); ++b) weight(a, b) = omega[a * H.rows() + b];
-  }
-  return wide_product(wide_product(H.transpose(), weight), H);
-}
-
-// An optimiser that weighs by it has the noise model of the blocks, whatever the matches have.
-TEST(GoodFeatures, the_information_of_a_match_is_that_of_its_block) {
-  GoodFeatures good(200);
-  for_frames_of_all_kinds(trials(100), 150, [&](Random&, const FeatureFrame& frame) {
-    frame.gather(good);
-    std::vector<std::array<double, 9>> before(150);
-    for (std::size_t i = 0; i < 150; ++i) match_information(good, i, before[i].data());
-    ASSERT_EQ(good.select(with_budget(40)).status, Status::ok);
-    Matrix6 actual = Matrix6::Zero(), expected = Matrix6::Zero();
-    for (std::size_t i = 0; i < 150; ++i) {
-      if (!good.blocks().is_valid(i) || !(frame.in_camera(i, frame.T_cw).z() > 0)) continue;
-      double omega[9] = {}, W[9] = {};
-      ASSERT_TRUE(match_information(good, i, omega)) << i;
-      ASSERT_TRUE(match_whitening(good, i, W)) << i;
-      const std::size_t rows = frame.has_depth_cue[i] != 0 ? 3 : 2;
-      for (std::size_t e = 0; e < rows * rows; ++e) EXPECT_EQ(omega[e], before[i][e]) << "before select()";
-      double sum = 0;
-      for (std::size_t k = 0; k < rows; ++k) sum += W[rows * k] * W[rows * k];
-      EXPECT_NEAR(sum, omega[0], 1e-12 * omega[0]);
-      const Matrix6 of_match = weighted_information(frame, i, omega).cast<double>();
-      const Matrix6 of_block = gram(stored_block(good.blocks(), i));
-      EXPECT_LT(relative_difference(of_match, of_block), 1e-5) << i;
-      actual += of_match;
-      expected += of_block;
-    }
-    EXPECT_LT(relative_difference(actual, expected), 1e-6);
+    EXPECT_GT(outliers.size(), 20U);
+    EXPECT_LT(outliers.size(), 150U);
+    EXPECT_TRUE(std::isnan(good.chi2(200)));
+    EXPECT_FALSE(good.is_outlier(200) || good.is_selected(200));
   });
 }
 
-TEST(GoodFeatures, has_no_information_of_a_match_that_has_no_image_or_is_beyond_the_capacity) {
-  Random random;
-  SCOPED_TRACE(random.name());
-  const FeatureFrame frame(random, 101);
-  GoodFeatures good(100);
-  frame.gather(good);
-  std::size_t behind = 0;
-  for (std::size_t i = 0; i < 101; ++i) {
-    double omega[4] = {-7, -7, -7, -7};
-    const bool is_behind = !(frame.in_camera(i, frame.T_cw).z() > 0);
-    behind += is_behind ? 1 : 0;
-    EXPECT_EQ(match_information(good, i, omega), !is_behind && i < 100) << i;
-    if (is_behind || i == 100) {
-      EXPECT_EQ(omega[0], -7);
-    } else {
-      EXPECT_DOUBLE_EQ(omega[0], 1 / (frame.sigmas[i] * frame.sigmas[i]));
+// The weight of an optimiser is that of the noise which append_blocks whitens blocks by, before select() and after.
+TEST(GoodFeatures, the_information_of_a_match_is_that_of_its_block) {
+  GoodFeatures good(150);
+  for_frames_of_all_kinds(trials(100), 151, [&](Random& random, FeatureFrame frame) {
+    frame.make_odd(random, random.chance(0.5) ? 0.1 : 0);
+    const Matches arrays = frame.arrays();
+    const BlockOptions options = frame.options_of_blocks();
+    frame.gather(good);
+    for (const bool is_selected : {false, true}) {
+      if (is_selected) good.select(with_budget(40));
+      for (std::size_t i = 0; i <= 150; ++i) {
+        if (frame.usable[i] == 0 && frame.matches[i].camera_id < 2) continue;
+        SCOPED_TRACE(i);
+        double expected[9], omega[9] = {-7}, W[9] = {-7};
+        const MatchNoise noise = match_noise(arrays, i, options);
+        const bool is_there = i < 150 && frame.usable[i] != 0 &&
+                              match_information(frame.cameras[frame.camera_of_match(i)], rows_of(frame.T_cw),
+                                                frame.matches[i].point, noise, expected);
+        ASSERT_EQ(match_information(good, i, omega), is_there);
+        ASSERT_EQ(match_whitening(good, i, W), is_there);
+        EXPECT_TRUE(is_there || (omega[0] == -7 && W[0] == -7)) << "nothing is written";
+        const std::size_t rows = residual_rows(noise.depth_cue);
+        double sum = 0;
+        for (std::size_t e = 0; e < rows * rows && is_there; ++e) {
+          EXPECT_NEAR(omega[e], expected[e], 1e-9 * std::max(expected[0], expected[rows * rows - 1]));
+          if (e % rows == 0) sum += W[e] * W[e];
+        }
+        EXPECT_TRUE(!is_there || std::abs(sum - omega[0]) <= 1e-12 * omega[0]);
+      }
     }
-    EXPECT_EQ(match_whitening(good, i, omega), !is_behind && i < 100) << i;
-  }
-  EXPECT_GT(behind, 0U);
-  good.start(nullptr, 0, rows_of(frame.T_cw));
-  good.add(frame.matches[0]);
+  });
+  good.start(nullptr, 0, RigidTransform::identity());
+  good.add(Eigen::Vector3d(0, 0, 3));
   double omega[4];
   EXPECT_FALSE(match_information(good, 0, omega)) << "a rig without cameras";
 }
 
-TEST(GoodFeatures, judges_by_the_weights_of_the_optimiser_if_it_has_them) {
-  GoodFeatures good(200);
-  good.is_weighted = true;
-  const auto judge = [&](Random& random, const FeatureFrame& frame) {
-    frame.gather(good);
-    ASSERT_EQ(good.select(with_budget(50)).status, Status::ok);
-    const Isometry optimised = random_isometry(random, 0.02, 0.002) * frame.T_cw;
-    good.outliers(rows_of(optimised));
-    for (std::size_t i = 0; i < 200; ++i) {
-      double omega[9];
-      const bool is_in_front = frame.in_camera(i, optimised).z() > 0;
-      if (good.is_selected(i) || !is_in_front || !match_information(good, i, omega)) continue;
-      const WideVector3 e = frame.residuals(i, optimised);
-      const int rows = frame.has_depth_cue[i] != 0 ? 3 : 2;
-      long double expected = 0;
-      for (int a = 0; a < rows * rows; ++a) expected += e(a / rows) * omega[a] * e(a % rows);
-      EXPECT_NEAR(good.chi2(i), static_cast<double>(expected), 1e-6 * (1 + static_cast<double>(expected))) << i;
-    }
-  };
-  for_frames_of_all_kinds(trials(60), 200, judge);
-}
-
-// A frame of one depth and one right column, both exact or off by `off` deviations.
-void gather_mixed(bool is_depth_last, double off, GoodFeatures& good) {
-  good.start(Camera(458, 457, 367, 248, 40), RigidTransform::identity());
-  for (const bool is_last : {false, true}) {
-    FeatureMatch match(Eigen::Vector3d(0, 0, 3), Eigen::Vector2d(367, 248), 2);
-    if (is_depth_last == is_last) {
-      match.depth = 3 + off * BlockOptions().depth_sigma;
-    } else {
-      match.u_right = 367 - 40 / 3.0 + off * match.sigma;
-    }
-    good.add(match);
-  }
-}
-
-// A frame that mixes both cues is an error, but each match keeps its own.
+// A frame that mixes both cues is an error, but each match keeps its own: both exact or off by `off` deviations. Before
+// select() nothing is selected, and all are judged.
 TEST(GoodFeatures, of_mixed_cues_selects_all_and_weighs_and_judges_each_match_by_its_own) {
   GoodFeatures good(2);
-  for (const bool is_depth_last : {false, true}) {
-    gather_mixed(is_depth_last, 0, good);
-    EXPECT_EQ(good.select(1).error, Error::mixed_depth_cues);
-    EXPECT_EQ(good.selection().size, 2U);
-    for (std::size_t i = 0; i < 2; ++i) {
-      double omega[9] = {};
-      ASSERT_TRUE(match_information(good, i, omega)) << i;
-      const bool is_depth = is_depth_last == (i == 1);
-      EXPECT_NEAR(omega[0], 0.25, 1e-12);
-      EXPECT_NEAR(omega[8], is_depth ? 1 / (0.05 * 0.05) : 0.25, 1e-9) << i;
-    }
-    for (const bool is_weighted : {false, true}) {
-      for (const double off : {0.0, 1.0, 5.0}) {  // before select() nothing is selected, and all are judged
+  for (const bool is_weighted : {false, true}) {
+    for (const double off : {0.0, 1.0, 5.0}) {
+      for (const std::size_t with_depth : {0U, 1U}) {
         good.is_weighted = is_weighted;
-        gather_mixed(is_depth_last, off, good);
+        good.start(Camera(458, 457, 367, 248, 40), RigidTransform::identity());
+        FeatureMatch matches[2];
+        for (FeatureMatch& match : matches) match = {Eigen::Vector3d(0, 0, 3), Eigen::Vector2d(367, 248), 2};
+        matches[with_depth].depth = 3 + off * BlockOptions().depth_sigma;
+        matches[1 - with_depth].u_right = 367 - 40 / 3.0 + off * 2;
+        for (const FeatureMatch& match : matches) good.add(match);
         EXPECT_EQ(good.outliers(RigidTransform::identity()).size(), off > 3 ? 2U : 0U);
-        for (std::size_t i = 0; i < 2; ++i) EXPECT_NEAR(good.chi2(i), off * off, 1e-9) << i;
+        for (std::size_t i = 0; i < 2; ++i) {
+          EXPECT_NEAR(good.chi2(i), off * off, 1e-9) << i;
+          double omega[9] = {};
+          ASSERT_TRUE(match_information(good, i, omega)) << i;
+          EXPECT_NEAR(omega[0], 0.25, 1e-12);
+          EXPECT_NEAR(omega[8], i == with_depth ? 1 / (0.05 * 0.05) : 0.25, 1e-9) << i;
+        }
+        EXPECT_EQ(good.select(1).error, Error::mixed_depth_cues);
+        EXPECT_EQ(good.selection().size, 2U);
       }
     }
   }
@@ -208,32 +154,229 @@ TEST(GoodFeatures, judges_a_tiny_sigma) {
   }
 }
 
-TEST(GoodFeatures, a_match_that_is_selected_after_all_is_no_outlier_any_more) {
+TEST(GoodFeatures, judges_anew_whom_it_selects_after_all_and_nobody_without_a_pose) {
   Gathered it(200);
   ASSERT_EQ(it.good.select(50).status, Status::ok);
-  it.good.outliers(rows_of(it.frame.T_cw));
-  std::vector<std::size_t> outliers;
-  for (std::size_t i = 0; i < 200; ++i) {
-    if (it.good.is_outlier(i)) outliers.push_back(i);
-  }
-  ASSERT_GT(outliers.size(), 20U);
+  const IndexRange range = it.good.outliers(rows_of(it.frame.T_cw));
+  const std::vector<std::uint32_t> outliers(range.begin(), range.end());
   ASSERT_EQ(it.good.select(150).status, Status::ok);
   std::size_t selected = 0;
-  for (const std::size_t i : outliers) {
+  for (const std::uint32_t i : outliers) {
     if (!it.good.is_selected(i)) continue;
     ++selected;
     EXPECT_FALSE(it.good.is_outlier(i)) << i;
     EXPECT_TRUE(std::isnan(it.good.chi2(i))) << i;
   }
   EXPECT_GT(selected, 0U);
-}
-
-TEST(GoodFeatures, without_a_pose_judges_nobody) {
-  Gathered it(200);
-  ASSERT_EQ(it.good.select(50).status, Status::ok);
   EXPECT_GT(it.good.outliers(rows_of(it.frame.T_cw)).size(), 0U);
   EXPECT_EQ(it.good.outliers(nullptr).size(), 0U);
   for (std::size_t i = 0; i < 200; ++i) EXPECT_FALSE(it.good.is_outlier(i)) << i;
+}
+
+// All in front of the camera.
+Scene scene_with(Random& random, DepthCue cue, std::size_t n = 300) {
+  FeatureKind kind;
+  kind.depth_cue = cue;
+  Scene scene(random, n, kind);
+  for (std::size_t i = 0; i < n; ++i) {
+    if (scene.is_in_front(i)) continue;
+    scene.frame.matches[i] = scene.frame.matches[i == 0 ? 1 : i - 1];
+    scene.frame.has_depth_cue[i] = scene.frame.has_depth_cue[i == 0 ? 1 : i - 1];
+  }
+  return scene;
+}
+
+Warning warning_of(const FeatureFrame& frame) {
+  GoodFeatures good(frame.matches.size());
+  frame.gather(good);
+  const Selection selection = good.select(50);
+  EXPECT_TRUE(selection.has_answer());
+  EXPECT_STREQ(selection.reason(),
+               selection.warning == Warning::none ? to_string(selection.status) : to_string(selection.warning));
+  EXPECT_STREQ(good.reason(), selection.reason());
+  return selection.warning;
+}
+
+TEST(Warnings, name_why_a_twentieth_of_the_matches_has_no_block) {
+  const std::pair<Warning, std::function<void(FeatureFrame&, std::size_t)>> spoilt[] = {
+      {Warning::behind_camera,
+       [](FeatureFrame& frame, std::size_t i) {
+         const Eigen::Vector3d behind = frame.T_cw.inverse() * Eigen::Vector3d(0.1, 0.1, -3);
+         std::copy_n(behind.data(), 3, frame.matches[i].point);
+       }},
+      {Warning::too_near,
+       [](FeatureFrame& frame, std::size_t i) {
+         frame.options.min_depth = 0.5;
+         const Eigen::Vector3d near = frame.T_cw.inverse() * Eigen::Vector3d(0, 0, 0.4);
+         std::copy_n(near.data(), 3, frame.matches[i].point);
+         frame.matches[i].measured[0] = frame.cameras[0].pinhole.cx;
+         frame.matches[i].measured[1] = frame.cameras[0].pinhole.cy;
+       }},
+      {Warning::invalid_covariances, [](FeatureFrame& frame, std::size_t i) {
+         frame.knows_covariance[i] = 1;
+         frame.covariances[9 * i] = nan;
+       }}};
+  for (const auto& [warning, spoil] : spoilt) {
+    SCOPED_TRACE(to_string(warning));
+    for (const bool rejects_outliers : {false, true}) {
+      TracedRandom random;
+      const Scene scene = scene_with(random, DepthCue::none);
+      FeatureFrame frame = scene.frame;
+      frame.T_cw = scene.T_true;
+      frame.rejects_outliers = rejects_outliers;
+      for (std::size_t i = 0; i < 14; ++i) spoil(frame, i);
+      EXPECT_EQ(warning_of(frame), Warning::none) << "14 of 300";
+      spoil(frame, 14);
+      EXPECT_EQ(warning_of(frame), warning) << "15 of 300";
+      for (std::size_t i = 15; i < 150; ++i) spoil(frame, i);
+      EXPECT_EQ(warning_of(frame), warning) << "150 of 300";
+    }
+  }
+}
+
+// Far too large ones would otherwise decide the scale, and reject all others.
+TEST(Warnings, name_covariances_that_tell_nothing) {
+  for_each_trial(20, [](Random& random) {
+    Scene scene = scene_with(random, DepthCue::none);
+    scene.spoil(random, 0.15);
+    for (std::size_t i = 0; i < 300; ++i) {
+      scene.frame.knows_covariance[i] = 1;
+      const double deviation = i % 2 == 0 ? 1e3 : 0.01;
+      Eigen::Map<Eigen::Matrix3d>(&scene.frame.covariances[9 * i]) =
+          deviation * deviation * Eigen::Matrix3d::Identity();
+    }
+    GoodFeatures good(300);
+    scene.frame.gather(good);
+    const Selection selection = good.select(50);
+    EXPECT_EQ(selection.warning, Warning::invalid_covariances);
+    EXPECT_GE(good.block_report().invalid_covariances, 140U);
+    EXPECT_LT((pose_of(good).translation() - scene.T_true.translation()).norm(), 0.05);
+    for (const std::uint32_t i : selection) EXPECT_EQ(i % 2, 1U);
+  });
+}
+
+TEST(Warnings, name_singular_rays_and_blocks_beyond_float32) {
+  const double T_cw[12] = {1, 0, 0, 0, 0, 0, -1, 0, 0, 1, 0, 0};  // a level camera
+  for (const Warning warning : {Warning::singular_rays, Warning::unbounded_blocks}) {
+    GoodFeatures good(100);
+    good.rejects_outliers = false;
+    const bool is_singular = warning == Warning::singular_rays;
+    if (is_singular) good.block_options.weighting = Weighting::map_bias_world;
+    good.start(Camera(458, 457, 367, 248), RigidTransform::row_major(T_cw));
+    for (int i = 0; i < 100; ++i) {
+      const double depth = i < 10 && !is_singular ? 1e-200 : 5;
+      good.add(Eigen::Vector3d(0.01 * i * depth, depth, (i < 10 ? 0 : 0.1 + 0.001 * i) * depth));
+    }
+    EXPECT_EQ(good.select(50).warning, warning);
+  }
+}
+
+// Cues that are wrong of the whole frame: named, left out, and nothing else changes.
+TEST(Warnings, name_cues_that_contradict_u_and_v) {
+  using Spoil = void (*)(FeatureMatch&);
+  const std::pair<DepthCue, Spoil> spoilt[] = {
+      {DepthCue::stereo, [](FeatureMatch& match) { match.u_right += 30; }},  // verged
+      {DepthCue::stereo,
+       [](FeatureMatch& match) { match.u_right = std::fmax(2 * match.measured[0] - match.u_right, 0); }},
+      {DepthCue::depth, [](FeatureMatch& match) { match.depth *= 1000; }},  // mm
+      {DepthCue::depth, [](FeatureMatch& match) { match.depth = 65.535; }},
+      {DepthCue::depth, [](FeatureMatch& match) { match.depth /= 5; }}};
+  for (const auto& [cue, spoil] : spoilt) {
+    for_each_trial(20, [cue = cue, spoil = spoil](Random& random) {
+      Scene scene = scene_with(random, cue);
+      scene.spoil(random, 0.15);
+      EXPECT_EQ(warning_of(scene.frame), Warning::none);
+      FeatureFrame without = scene.frame, wrong = scene.frame;
+      for (FeatureMatch& match : wrong.matches) {
+        if (match.u_right >= 0 || match.depth > 0) spoil(match);
+      }
+      for (FeatureMatch& match : without.matches) match.u_right = match.depth = unmeasured;
+      GoodFeatures good(300), expected(300);
+      wrong.gather(good);
+      without.gather(expected);
+      const Selection selection = good.select(50);
+      const bool is_stereo = cue == DepthCue::stereo;
+      EXPECT_EQ(selection.warning, is_stereo ? Warning::misfitting_right_columns : Warning::misfitting_depths);
+      EXPECT_EQ(good.alignment().warning, selection.warning);
+      EXPECT_STREQ(good.alignment().reason(), selection.reason());
+      EXPECT_EQ(selection.status, Status::ok);
+      EXPECT_EQ(indices_of(selection), indices_of(expected.select(50)));
+      EXPECT_EQ(pose_of(good).matrix(), pose_of(expected).matrix());
+      EXPECT_EQ(good.outliers(good.pose()).size(), expected.outliers(expected.pose()).size());
+      double omega[9];
+      ASSERT_TRUE(match_information(good, selection.indices[0], omega));
+      EXPECT_TRUE(good.align().is_aligned());  // align() alone says the same
+      EXPECT_EQ(good.alignment().warning, selection.warning);
+      scene.frame.gather(good);
+      EXPECT_EQ(good.select(50).warning, Warning::none) << "the next frame";
+    });
+  }
+}
+
+TEST(Warnings, follow_neither_from_some_wrong_cues_nor_from_coarse_ones) {
+  for_each_trial(20, [](Random& random) {
+    Scene scene = scene_with(random, DepthCue::depth);
+    for (FeatureMatch& match : scene.frame.matches) {
+      if (match.depth > 0 && random.chance(0.2)) match.depth += 10;
+    }
+    EXPECT_EQ(warning_of(scene.frame), Warning::none) << "a fifth";
+    scene = scene_with(random, DepthCue::depth);
+    for (FeatureMatch& match : scene.frame.matches) match.sigma *= 10;  // u and v fit ten times better than they say
+    EXPECT_EQ(warning_of(scene.frame), Warning::none) << "exact pixels";
+    scene = scene_with(random, DepthCue::depth);
+    for (FeatureMatch& match : scene.frame.matches) {
+      if (match.depth > 0) match.depth += 0.1 * normal(random);
+    }
+    EXPECT_EQ(warning_of(scene.frame), Warning::none) << "1.7 times as coarse as they say";
+    scene = scene_with(random, DepthCue::stereo);
+    for (FeatureMatch& match : scene.frame.matches) {
+      if (match.u_right >= 0) match.u_right += 1.5 * match.sigma * normal(random);
+    }
+    EXPECT_EQ(warning_of(scene.frame), Warning::none) << "coarse right columns";
+  });
+}
+
+// The image of an object may be small, and a camera of a rig see one match.
+TEST(Warnings, are_none_where_pixels_are_near_each_other) {
+  for_each_trial(20, [](Random& random) {
+    GoodFeatures good(100);
+    std::vector<Camera> cameras(20, Camera(458, 457, 367, 248));
+    std::vector<Isometry> poses;
+    for (Camera& camera : cameras) {
+      poses.push_back(random_isometry(random, 0.2, 3));
+      camera.T_cb = rows_of(poses.back());
+    }
+    const auto add = [&](const Isometry& T_cb, const Eigen::Vector3d& p_c, std::uint8_t camera, double noise) {
+      const Eigen::Vector3d p_b = T_cb.inverse() * p_c;
+      FeatureMatch match(p_b, Eigen::Vector2d(367 + 458 * p_c.x() / p_c.z() + noise * normal(random),
+                                              248 + 457 * p_c.y() / p_c.z() + noise * normal(random)));
+      match.camera_id = camera;
+      good.add(match);
+    };
+    good.start(cameras.data(), 20, rows_of(random_isometry(random, 0.02, 0.01)));
+    for (std::uint8_t c = 0; c < 20; ++c) add(poses[c], Eigen::Vector3d(0.1, -0.2, random.uniform(2, 9)), c, 1);
+    EXPECT_EQ(good.select(10).warning, Warning::none) << "a match of each of 20 cameras";
+    good.start(cameras[0].pinhole, rows_of(random_isometry(random, 0.02, 0.01)));
+    for (int i = 0; i < 60; ++i) {
+      add(Isometry::Identity(), Eigen::Vector3d(0, 0, 4) + 0.1 * random_vector(random, 1), 0, 0.5);
+    }
+    EXPECT_EQ(good.select(10).warning, Warning::none) << "an object of 20 px";
+  });
+}
+
+TEST(Warnings, name_a_frame_that_no_pose_fits) {
+  for_each_trial(20, [](Random& random) {
+    Scene scene = scene_with(random, DepthCue::none);
+    const FeatureFrame frame = scene.frame;
+    for (const double unit : {0.25, 1.0 / 8, 1.0 / 16, 1.0 / 458}) {  // pixels of a coarse grid, or of the unit plane
+      for (std::size_t i = 0; i < 300; ++i) {
+        for (int d = 0; d < 2; ++d) scene.frame.matches[i].measured[d] = unit * frame.matches[i].measured[d];
+      }
+      EXPECT_EQ(warning_of(scene.frame), Warning::not_aligned) << unit;
+    }
+    for (FeatureMatch& match : scene.frame.matches) match.measured[0] = match.measured[1] = 0;
+    EXPECT_EQ(warning_of(scene.frame), Warning::not_aligned) << "zeros";
+  });
 }
 
 }  // namespace

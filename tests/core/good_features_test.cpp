@@ -1,22 +1,81 @@
 // SPDX-License-Identifier: MIT
-// GoodFeatures against append_blocks and a Selector on the same matches, every way in which nothing is selected, and
-// one object over many frames of all kinds.
+// GoodFeatures, which rejects nothing here, against append_blocks and a Selector on the same matches: one object over
+// frames of all kinds, some of whose matches are odd, and every error; and ImageCells against a division that sorts.
 #include "tests/core/feature_frame.hpp"
 #include "tests/support/answer.hpp"
 #include "tests/support/numbers.hpp"
 #include "tests/support/oracle.hpp"
+#include "tests/support/sweeps.hpp"
 
-#include <maxlogdet/match_information.hpp>
+#include <maxlogdet/image_cells.hpp>
 
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <limits>
+#include <map>
+#include <new>
+#include <numeric>
+#include <set>
 #include <string>
 #include <type_traits>
 #include <utility>
+#include <vector>
 
 namespace maxlogdet::test {
 namespace {
+
+std::vector<std::uint32_t> sorted(std::vector<std::uint32_t> indices) {
+  std::sort(indices.begin(), indices.end());
+  return indices;
+}
+
+std::vector<std::uint32_t> usable_of(const FeatureFrame& frame) {
+  std::vector<std::uint32_t> usable;
+  for (std::uint32_t i = 0; i < frame.matches.size(); ++i) {
+    if (frame.usable[i] != 0) usable.push_back(i);
+  }
+  return usable;
+}
+
+struct Expected {
+  std::vector<std::uint32_t> indices;
+  Status status;
+};
+
+// Required matches without a block take their places of the budget first, what the Selector leaves of it is filled with
+// other usable matches, and after an error all of these are selected.
+Expected expected_answer(const FeatureFrame& frame, const BlockStore& blocks, const Options& asked) {
+  const std::vector<std::uint32_t> usable = usable_of(frame);
+  std::vector<std::uint32_t> indices;
+  std::vector<unsigned char> required(frame.matches.size());
+  for (const std::uint32_t i : usable) {
+    if (!frame.matches[i].is_required) continue;
+    if (blocks.is_valid(i)) {
+      required[i] = 1;
+    } else {
+      indices.push_back(i);
+    }
+  }
+  const auto with_block = static_cast<std::size_t>(std::count(required.begin(), required.end(), 1));
+  if (indices.size() + with_block > asked.budget) return {usable, Status::error};
+  Options options = asked;
+  options.required = required.data();
+  options.budget -= indices.size();
+  const Answer answer = answer_to(blocks, options);
+  if (answer.status == Status::error) return {usable, Status::error};
+  indices.insert(indices.end(), answer.indices.begin(), answer.indices.end());
+  if (answer.status == Status::target_reached) return {indices, answer.status};
+  const std::size_t candidates = indices.size();
+  const bool has_groups = asked.groups.ids != nullptr;
+  for (const std::uint32_t i : usable) {
+    const bool is_in = std::find(indices.begin(), indices.end(), i) != indices.end();
+    if (!has_groups && !is_in && indices.size() < asked.budget) indices.push_back(i);
+  }
+  if (indices.size() == usable.size()) return {indices, Status::all_selected};
+  if (indices.size() > candidates) return {indices, Status::few_candidates};
+  return {indices, !has_groups || indices.size() == asked.budget ? Status::ok : answer.status};
+}
 
 void expect_equal_blocks(const BlockStore& actual, const BlockStore& expected) {
   ASSERT_EQ(actual.size(), expected.size());
@@ -28,42 +87,70 @@ void expect_equal_blocks(const BlockStore& actual, const BlockStore& expected) {
   }
 }
 
-std::vector<std::uint32_t> sorted(std::vector<std::uint32_t> indices) {
-  std::sort(indices.begin(), indices.end());
-  return indices;
+// A frame of any kind, some of them of matches that are odd, some with all points behind the camera.
+FeatureFrame random_frame(Random& random) {
+  FeatureFrame frame(random, static_cast<std::size_t>(random.integer(100, 330)), random_kind(random));
+  frame.make_odd(random, random.chance(0.3) ? 0 : 0.15);
+  if (random.chance(0.2)) frame.options.weighting = weightings[random.integer(0, 3)];
+  if (random.chance(0.1)) frame.T_cw = Eigen::Isometry3d(Eigen::AngleAxisd(3.1, Eigen::Vector3d::UnitY())) * frame.T_cw;
+  return frame;
 }
 
-// One object for all frames, so that leftovers of a frame would show.
-TEST(GoodFeatures, selects_as_append_blocks_and_a_selector_do_on_frames_of_all_kinds_one_after_the_other) {
-  GoodFeatures good(300);
-  for (std::uint64_t variation = 0; variation < trials(200); ++variation) {
-    Random random(variation);
-    SCOPED_TRACE(random.name());
-    const FeatureFrame frame(random, static_cast<std::size_t>(random.integer(100, 300)), random_kind(random));
+// One object for all frames, so that leftovers of a frame would show. Some frames exceed its capacity, some have groups
+// or a target.
+TEST(GoodFeatures, selects_as_append_blocks_and_a_selector_do_and_fills_the_budget_with_usable_matches) {
+  constexpr std::size_t capacity = 300;
+  GoodFeatures good(capacity);
+  std::map<Status, int> seen;
+  for_each_trial(400, [&](Random& random) {
+    const FeatureFrame frame = random_frame(random);
+    FeatureFrame kept = frame;
+    kept.matches.resize(std::min(frame.matches.size(), capacity));
+    const std::vector<std::uint32_t> usable = usable_of(kept);
+    const std::size_t budgets[] = {0, 1, 5, 40, 40, 150, usable.size(), 10000};
+    Options options = with_budget(budgets[random.integer(0, 7)]);
+    std::vector<std::uint32_t> groups(frame.matches.size());
+    for (std::uint32_t& group : groups) group = static_cast<std::uint32_t>(random.integer(0, 29));
+    if (random.chance(0.2)) options.groups.ids = groups.data();
+    options.groups.count = 30;
+    good.spread = options.groups.ids != nullptr && random.chance(0.5) ? 1.5 : 0;  // which the groups replace
+    if (random.chance(0.2)) options.target.efficiency = 0.4;
+
     frame.gather(good);
     ASSERT_EQ(good.size(), frame.matches.size());
     EXPECT_EQ(good.id(7), 1007U);
-    EXPECT_EQ(good.blocks().size(), 0U) << "of the frame before";
-    EXPECT_EQ(good.selection().size, 0U) << "before select()";
-    const Options options = with_budget(40);
-    const BlockStore blocks = frame.blocks();
-    ASSERT_EQ(good.select(options).status, Status::ok);
+    EXPECT_EQ(good.id(capacity), no_id);
+    EXPECT_EQ(good.blocks().size() + good.selection().size, 0U) << "of the frame before";
+    if (random.chance(0.3)) {  // deviations that change between two calls for one frame
+      good.block_options.map_sigma = 3;
+      good.select(options);
+      good.block_options.map_sigma = frame.options.map_sigma;
+    }
+    const Selection selection = good.select(options);
+    const BlockStore blocks = kept.blocks();
+    const Expected expected = expected_answer(kept, blocks, options);
+    ++seen[selection.status];
     expect_equal_blocks(good.blocks(), blocks);
-    EXPECT_EQ(selected_of(good), sorted(select_indices(blocks, options)));
-    EXPECT_EQ(good.selection().size, 40U);
-  }
-}
+    EXPECT_EQ(selection.status, expected.status) << good.reason();
+    EXPECT_EQ(indices_of(selection), expected.indices);
+    EXPECT_EQ(selected_of(good), sorted(expected.indices));
+    const bool are_all_kept = frame.matches.size() <= capacity;
+    EXPECT_STREQ(good.reason(), are_all_kept || !selection.has_answer() ? selection.reason() : "capacity_exceeded");
+    if (expected.status == Status::error || options.groups.ids != nullptr || options.target.efficiency > 0) return;
 
-// The options of blocks may change between two calls for one frame, and with them the value of an unknown covariance.
-TEST(GoodFeatures, a_match_without_a_covariance_has_the_current_map_sigma) {
-  FeatureKind kind;
-  kind.covariances = FeatureKind::Covariances::some;
-  Gathered it(100, kind);
-  for (const double map_sigma : {3.0, 0.11}) {
-    it.good.block_options.map_sigma = map_sigma;
-    ASSERT_EQ(it.good.select(30).error, Error::none);
-  }
-  expect_equal_blocks(it.good.blocks(), it.frame.blocks());
+    for (const double limit : {1e-9, 1e-6, 1.0}) {
+      options.time_limit = limit;
+      const std::vector<std::uint32_t> in_time = sorted(indices_of(good.select(options)));
+      EXPECT_EQ(in_time.size(), std::min(options.budget, usable.size()));
+      EXPECT_TRUE(std::includes(usable.begin(), usable.end(), in_time.begin(), in_time.end()));
+      EXPECT_EQ(std::adjacent_find(in_time.begin(), in_time.end()), in_time.end());
+      EXPECT_EQ(selected_of(good), in_time);
+    }
+  });
+  if (trials(400) < 100) return;  // a share of the trials
+  for (const Status status :
+       {Status::ok, Status::all_selected, Status::target_reached, Status::few_candidates, Status::error})
+    EXPECT_GT(seen[status], 0) << to_string(status);
 }
 
 // What an error leaves: every usable match, in order, and no number that is not known.
@@ -79,28 +166,14 @@ void expect_usable(const Selection& selection, const GoodFeatures& good, const s
   EXPECT_TRUE(std::isnan(selection.log_det) && std::isnan(selection.upper_bound));
 }
 
-// A frame of 200 matches, of which some cannot be optimised with.
-struct Troubled {
-  Troubled() : frame(random, 200) {
-    for (std::uint32_t i = 0; i < 200; ++i) {
-      FeatureMatch& match = frame.matches[i];
-      if (i % 20 == 1) match.point[i % 3] = nan;
-      if (i % 20 == 2) match.measured[i % 2] = i % 3 == 0 ? infinity : nan;
-      if (i % 20 == 3) match.sigma = i % 3 == 0 ? 0 : nan;
-      const bool is_broken = i % 20 >= 1 && i % 20 <= 3;
-      (is_broken ? broken : usable).push_back(i);
-    }
-  }
-
-  Random random;
-  ::testing::ScopedTrace trace{__FILE__, __LINE__, random.name()};
-  FeatureFrame frame;
-  std::vector<std::uint32_t> usable, broken;
-  GoodFeatures good = GoodFeatures(300);
-};
-
 TEST(GoodFeatures, after_an_error_all_usable_matches_are_selected) {
-  Troubled it;
+  Gathered it(200);
+  it.frame.make_odd(it.random, 0.15);
+  for (FeatureMatch& match : it.frame.matches) {
+    match.is_required = false;
+    if (match.camera_id != 0) match.sigma = nan;  // of no use also where no camera is known
+  }
+  const std::vector<std::uint32_t> usable = usable_of(it.frame);
   const RigidTransform T_cw = rows_of(it.frame.T_cw);
   const Camera pinhole = typical_camera(CameraModel::pinhole);
   const EigenPrior no_prior(Matrix6(-Matrix6::Identity()));
@@ -115,288 +188,48 @@ TEST(GoodFeatures, after_an_error_all_usable_matches_are_selected) {
       {Error::misplaced_required, [&] { options.required = nothing.data(); }},
       {Error::infeasible,
        [&] {
-         for (std::size_t i = 0; i < 60; ++i) it.frame.matches[i].is_required = true;
+         for (std::size_t i = 0; i < 80; ++i) it.frame.matches[i].is_required = true;
        }},
+      {Error::invalid_groups, [&] { it.good.spread = -1; }},
+      {Error::invalid_groups, [&] { it.good.spread = nan; }},
+      {Error::invalid_groups, [&] { it.good.spread = infinity; }},
       {Error::invalid_camera, [&] { it.good.start(Camera(), T_cw); }},
+      {Error::invalid_camera, [&] { it.good.start(Camera(458, 457, nan, 248), T_cw); }},
+      {Error::invalid_camera,
+       [&] {  // a usable match with a right column shows that the camera is wrong
+         it.good.start(Camera(458, 457, 367, 248), T_cw);
+         it.frame.matches[usable[7]].u_right = 100;
+       }},
       {Error::invalid_pose, [&] { it.good.start(pinhole, nullptr); }},
       {Error::invalid_pose, [&] { it.good.start(pinhole, Eigen::Matrix4d::Zero()); }},
       // A rig without cameras is an error, not the camera of the frame before.
       {Error::invalid_camera, [&] { it.good.start(nullptr, 0, T_cw); }},
       {Error::invalid_block_options, [&] { it.good.block_options.min_depth = -1; }},
       {Error::mixed_depth_cues, [&] {
-         it.frame.matches[5].u_right = 100;
-         it.frame.matches[6].depth = 3;
+         it.frame.matches[usable[5]].u_right = 100;
+         it.frame.matches[usable[6]].depth = 3;
        }}};
   const std::vector<FeatureMatch> matches = it.frame.matches;
   for (const auto& [error, make] : mistakes) {
     SCOPED_TRACE(to_string(error));
     it.frame.matches = matches;
+    it.good.spread = 0;
     it.frame.gather(it.good);
     EXPECT_EQ(it.good.select(50).size, 50U) << "after the error before";
     it.frame.start(it.good);
     options = Options(50);
     make();
     for (const FeatureMatch& match : it.frame.matches) it.good.add(match);
-    expect_usable(it.good.select(options), it.good, it.usable, error);
+    expect_usable(it.good.select(options), it.good, usable, error);
     if (it.good.align().error != Error::none) {
       EXPECT_STREQ(it.good.alignment().reason(), to_string(error));
-      for (const std::uint32_t i : it.usable) EXPECT_TRUE(it.good.is_inlier(i)) << i;
+      for (const std::uint32_t i : usable) EXPECT_TRUE(it.good.is_inlier(i)) << i;
     }
     EXPECT_TRUE(std::isnan(efficiency(it.good)));
   }
 }
 
-// Whatever the budget, the limit and the pose: as many as the budget, or all that there are; never one that is broken.
-TEST(GoodFeatures, selects_a_full_budget_of_usable_matches_and_never_a_broken_one) {
-  Troubled it;
-  const Eigen::Isometry3d away(Eigen::AngleAxisd(3.1, Eigen::Vector3d::UnitY()));
-  for (const bool is_behind : {false, true}) {
-    for (const double limit : {0.0, 1e-9, 1e-6, 1.0}) {
-      for (const std::size_t budget : {std::size_t{0}, std::size_t{1}, std::size_t{50}, std::size_t{140},
-                                       it.usable.size(), std::size_t{200}, std::size_t{10000}}) {
-        it.frame.gather(it.good);
-        if (is_behind) {
-          it.good.start(typical_camera(CameraModel::pinhole), away * it.frame.T_cw);
-          for (const FeatureMatch& match : it.frame.matches) it.good.add(match);
-        }
-        Options options(budget);
-        options.time_limit = limit;
-        const Selection selection = it.good.select(options);
-        SCOPED_TRACE(std::to_string(budget) + " in " + std::to_string(limit) + " s: " + selection.reason());
-        EXPECT_TRUE(selection.has_answer());
-        EXPECT_EQ(selection.size, std::min(budget, it.usable.size()));
-        const std::vector<std::uint32_t> numbers = sorted(indices_of(selection));
-        EXPECT_TRUE(std::includes(it.usable.begin(), it.usable.end(), numbers.begin(), numbers.end()));
-        EXPECT_EQ(std::adjacent_find(numbers.begin(), numbers.end()), numbers.end());
-        EXPECT_EQ(selected_of(it.good), numbers);
-        if (is_behind && limit == 0 && budget == 50) {
-          EXPECT_EQ(selection.status, Status::few_candidates);
-        }
-        if (limit == 0 && budget >= it.usable.size()) {
-          EXPECT_EQ(selection.status, Status::all_selected);
-        }
-      }
-    }
-  }
-}
-
-TEST(GoodFeatures, what_is_broken_is_an_outlier_and_what_is_not_measured_is_none) {
-  Troubled it;
-  it.frame.gather(it.good);
-  it.good.select(50);
-  const IndexRange outliers = it.good.outliers(rows_of(it.frame.T_cw));
-  const std::vector<std::uint32_t> flagged(outliers.begin(), outliers.end());
-  EXPECT_TRUE(std::includes(flagged.begin(), flagged.end(), it.broken.begin(), it.broken.end()));
-  for (std::uint32_t i = 0; i < 200; ++i) {
-    EXPECT_EQ(it.good.is_outlier(i), std::binary_search(flagged.begin(), flagged.end(), i)) << i;
-  }
-  it.good.start(typical_camera(CameraModel::pinhole), rows_of(it.frame.T_cw));
-  for (std::uint32_t i = 0; i < 200; ++i) it.good.add(it.frame.point(i), it.frame.sigmas[i]);
-  EXPECT_EQ(it.good.select(50).size, 50U);
-  EXPECT_EQ(it.good.outliers(rows_of(it.frame.T_cw)).size(), 0U);
-}
-
-// ORB-SLAM's -1, and NaN: not measured.
-TEST(GoodFeatures, a_negative_right_column_is_none) {
-  Gathered it(100);
-  const FeatureFrame& frame = it.frame;
-  GoodFeatures& good = it.good;
-  GoodFeatures with_columns(100);
-  frame.start(with_columns);
-  for (FeatureMatch match : frame.matches) {
-    match.u_right = match.id % 2 == 0 ? -1 : nan;
-    match.depth = match.id % 2 == 0 ? 0 : infinity;
-    with_columns.add(match);
-  }
-  EXPECT_EQ(indices_of(with_columns.select(30)), indices_of(good.select(30)));
-  const RigidTransform T_cw = rows_of(frame.T_cw);
-  EXPECT_EQ(with_columns.outliers(T_cw).size(), good.outliers(T_cw).size());
-  for (std::size_t i = 0; i < 100; ++i) {
-    if (good.is_selected(i)) continue;
-    EXPECT_EQ(with_columns.chi2(i), good.chi2(i)) << i;
-  }
-}
-
-TEST(GoodFeatures, fewer_are_selected_where_they_meet_the_targets) {
-  Gathered it(200);
-  GoodFeatures& good = it.good;
-  Options options(150);
-  options.target.efficiency = 0.4;
-  const Selection selection = good.select(options);
-  EXPECT_EQ(selection.status, Status::target_reached);
-  EXPECT_STREQ(good.reason(), "target_reached");
-  Selector selector(200);
-  const Selection expected = selector.select(good.blocks(), options);
-  ASSERT_EQ(expected.status, Status::target_reached);
-  EXPECT_EQ(indices_of(selection), indices_of(expected));
-  EXPECT_EQ(selection.efficiency, expected.efficiency);
-  EXPECT_NEAR(efficiency(good), expected.efficiency, 1e-9);
-  options.budget = 10;
-  EXPECT_EQ(good.select(options).status, Status::ok) << "the budget ends before the target";
-  EXPECT_EQ(good.selection().size, 10U);
-}
-
-TEST(GoodFeatures, matches_beyond_the_capacity_are_counted_and_not_selected) {
-  Gathered it(101);
-  const FeatureFrame& frame = it.frame;
-  GoodFeatures good(100), fitting(100);
-  frame.gather(good);
-  frame.start(fitting);
-  for (std::size_t i = 0; i < 100; ++i) fitting.add(frame.matches[i]);
-  EXPECT_EQ(indices_of(good.select(10)), indices_of(fitting.select(10)));
-  EXPECT_STREQ(good.reason(), "capacity_exceeded");
-  EXPECT_EQ(fitting.selection().status, Status::ok);
-  EXPECT_EQ(good.size(), 101U);
-  EXPECT_EQ(good.id(100), no_id);
-  good.outliers(rows_of(frame.T_cw));
-  EXPECT_TRUE(std::isnan(good.chi2(100)));
-  EXPECT_FALSE(good.is_outlier(100) || good.is_selected(100));
-  GoodFeatures none(0);
-  none.start(typical_camera(CameraModel::pinhole), rows_of(frame.T_cw));
-  none.add(FeatureMatch());
-  EXPECT_EQ(none.select(0).size, 0U);
-}
-
-// A match that is required without a block takes a place of the budget as any other does.
-TEST(GoodFeatures, what_is_required_is_selected_also_without_a_block_and_counts_towards_the_budget) {
-  Gathered it(200);
-  const BlockStore blocks = it.frame.blocks();
-  const auto next = [&](bool is_valid, std::uint32_t i) {
-    while (blocks.is_valid(i) != is_valid) ++i;
-    return i;
-  };
-  const std::uint32_t invalid = next(false, 0), one = next(true, 0);
-  it.frame.matches[one].is_required = it.frame.matches[invalid].is_required = true;
-  it.frame.gather(it.good);
-  std::vector<unsigned char> required(200, 0);
-  required[one] = 1;
-  Options with_a_block(19);
-  with_a_block.required = required.data();
-  std::vector<std::uint32_t> expected = select_indices(blocks, with_a_block);
-  expected.push_back(invalid);
-  for (int again = 0; again < 2; ++again) {
-    ASSERT_EQ(it.good.select(20).status, Status::ok);
-    EXPECT_EQ(selected_of(it.good), sorted(expected));
-    EXPECT_EQ(it.good.selection().size, 20U);
-  }
-}
-
-// 50 matches in front of the camera, and five that are required, of which four are behind it.
-void gather_required_behind(GoodFeatures& good) {
-  good.start(Camera(458, 457, 367, 248), RigidTransform::identity());
-  for (int i = 0; i < 55; ++i) {
-    const double x = 0.1 * (i % 7 - 3), y = 0.1 * (i % 5 - 2), z = i >= 50 && i < 54 ? -3 : 2 + i % 17;
-    FeatureMatch match(Eigen::Vector3d(x * z, y * z, z), Eigen::Vector2d(367 + 458 * x, 248 + 457 * y));
-    match.is_required = i >= 50;
-    good.add(match);
-  }
-}
-
-TEST(GoodFeatures, more_required_than_the_budget_are_infeasible_whatever_has_a_block) {
-  GoodFeatures good(100);
-  gather_required_behind(good);
-  for (const std::size_t budget : {0U, 3U, 4U}) {
-    const Selection selection = good.select(budget);
-    EXPECT_EQ(selection.error, Error::infeasible) << budget;
-    EXPECT_EQ(selection.size, 55U) << "all that are usable";
-  }
-  for (const std::size_t budget : {5U, 6U, 10U, 54U}) {
-    EXPECT_EQ(good.select(budget).status, Status::ok) << good.reason();
-    EXPECT_EQ(good.selection().size, budget);
-    for (std::size_t i = 50; i < 55; ++i) EXPECT_TRUE(good.is_selected(i)) << i << " of " << budget;
-  }
-  EXPECT_EQ(good.select(55).status, Status::all_selected);
-}
-
-// A frame of 50 matches, of stereo where bf is given.
-std::vector<FeatureMatch> plain_matches(double bf) {
-  std::vector<FeatureMatch> matches;
-  for (int i = 0; i < 50; ++i) {
-    const double x = 0.1 * (i % 7 - 3), y = 0.1 * (i % 5 - 2), z = 2 + i % 17;
-    matches.emplace_back(Eigen::Vector3d(x * z, y * z, z), Eigen::Vector2d(367 + 458 * x, 248 + 457 * y));
-    if (bf > 0) matches.back().u_right = matches.back().measured[0] - bf / z;
-  }
-  return matches;
-}
-
-// Only usable matches set what a frame has: a third measurement, covariances, cameras.
-TEST(GoodFeatures, a_match_that_is_never_usable_changes_nothing_for_the_others) {
-  const double covariance[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
-  FeatureMatch with_depth(Eigen::Vector3d(0, 0, 3), Eigen::Vector2d(nan, 248));
-  FeatureMatch with_column = with_depth, with_covariance = with_depth;
-  with_depth.depth = 3;
-  with_column.u_right = 3;
-  with_covariance.covariance = covariance;
-  const std::pair<double, FeatureMatch> cases[] = {
-      {40, with_depth}, {0, with_depth}, {0, with_column}, {40, with_covariance}, {0, with_covariance}};
-  GoodFeatures good(51);
-  for (const auto& [bf, broken] : cases) {
-    SCOPED_TRACE("bf " + std::to_string(bf) + ", depth " + std::to_string(broken.depth > 0));
-    good.start(Camera(458, 457, 367, 248, bf), RigidTransform::identity());
-    for (const FeatureMatch& match : plain_matches(bf)) good.add(match);
-    const Answer expected(good.select(10));
-    EXPECT_EQ(expected.reason, "ok");
-    good.add(broken);
-    EXPECT_EQ(Answer(good.select(10)), expected);
-    EXPECT_FALSE(good.is_selected(50));
-  }
-}
-
-// A usable match with a right column shows that the camera is wrong.
-TEST(GoodFeatures, a_right_column_needs_a_camera_with_bf) {
-  GoodFeatures good(50);
-  good.start(Camera(458, 457, 367, 248), RigidTransform::identity());
-  for (FeatureMatch match : plain_matches(0)) {
-    if (good.size() == 7) match.u_right = 100;
-    good.add(match);
-  }
-  EXPECT_EQ(good.select(10).size, 50U);
-  EXPECT_STREQ(good.reason(), "invalid_camera");
-}
-
-// An unknown camera_id is a fault of that match, not of the frame; alone, a camera has number 0.
-TEST(GoodFeatures, a_match_of_a_camera_that_is_not_there_is_unusable_alone) {
-  for (const bool is_rig : {false, true}) {
-    Gathered it(200, {CameraModel::pinhole, DepthCue::none, is_rig, FeatureKind::Covariances::none});
-    const auto gather_with = [&](std::uint8_t camera_id, bool is_error) {
-      it.frame.start(it.good);
-      for (std::size_t i = 0; i < 200; ++i) {
-        FeatureMatch match = it.frame.matches[i];
-        if (i % 10 == 1) match.camera_id = camera_id;
-        it.good.add(match);
-      }
-      Options options(50);
-      options.time_limit = is_error ? -1 : 0;
-      return it.good.select(options);
-    };
-    for (const int camera_id : {is_rig ? 2 : 1, 255}) {
-      const Selection selection = gather_with(static_cast<std::uint8_t>(camera_id), false);
-      EXPECT_EQ(selection.status, Status::ok) << it.good.reason();
-      EXPECT_EQ(selection.size, 50U);
-      EXPECT_EQ(gather_with(static_cast<std::uint8_t>(camera_id), true).size, 180U) << "all usable ones";
-      it.good.outliers(rows_of(it.frame.T_cw));
-      for (std::size_t i = 1; i < 200; i += 10) {
-        EXPECT_FALSE(it.good.is_selected(i)) << i;
-        EXPECT_EQ(it.good.chi2(i), infinity);
-        double omega[9];
-        EXPECT_FALSE(match_information(it.good, i, omega));
-      }
-    }
-  }
-}
-
-TEST(GoodFeatures, groups_go_by_the_numbers_of_matches) {
-  Gathered it(200);
-  std::vector<std::uint32_t> groups(200);
-  for (std::uint32_t i = 0; i < 200; ++i) groups[i] = i % 30;
-  Options options = with_budget(20);
-  options.groups.ids = groups.data();
-  options.groups.count = 30;
-  ASSERT_EQ(it.good.select(options).status, Status::ok);
-  EXPECT_EQ(selected_of(it.good), sorted(select_indices(it.frame.blocks(), options)));
-}
-
-TEST(GoodFeatures, the_share_compares_the_selection_with_all_matches) {
+TEST(GoodFeatures, efficiency_compares_the_selection_with_all_matches) {
   GoodFeatures good(300);
   for_frames_of_all_kinds(trials(40), 200, [&](Random& random, const FeatureFrame& frame) {
     const BlockStore blocks = frame.blocks();
@@ -420,6 +253,12 @@ TEST(GoodFeatures, the_share_compares_the_selection_with_all_matches) {
     good.select(1000);
     EXPECT_NEAR(efficiency(good), 1, 1e-12);
   });
+  for (const double z : {2.0, -2.0}) {
+    good.start(Camera(400, 400, 320, 240), RigidTransform::identity());
+    good.add(Eigen::Vector3d(0, 0, z), Eigen::Vector2d(320, 240));
+    good.select(10);
+    EXPECT_EQ(std::isnan(efficiency(good)), z < 0) << "it needs a single block";
+  }
 }
 
 TEST(GoodFeatures, moves_with_its_frame_and_may_be_assigned_to_afterwards) {
@@ -438,16 +277,146 @@ TEST(GoodFeatures, moves_with_its_frame_and_may_be_assigned_to_afterwards) {
   static_assert(noexcept(good.select(Options()))&& noexcept(good.add(FeatureMatch())), "it throws nothing");
 }
 
-TEST(GoodFeatures, efficiency_needs_a_single_block) {
-  const double pixel[2] = {320, 240};
-  GoodFeatures good(10);
-  for (const double z : {2.0, -2.0}) {
-    const double point[3] = {0, 0, z};
-    good.start(Camera(400, 400, 320, 240), RigidTransform::identity());
-    good.add(FeatureMatch(point, pixel));
-    good.select(10);
-    EXPECT_EQ(std::isnan(efficiency(good)), z < 0) << efficiency(good);
+constexpr std::size_t no_limit = std::numeric_limits<std::size_t>::max();
+
+using Cell = std::vector<std::uint32_t>;  // its matches
+using Cells = std::set<Cell>;
+
+// Of equal positions many, as keypoints at whole pixels have.
+std::vector<double> random_positions(Random& random, std::size_t n) {
+  const bool are_whole = random.integer(0, 1) == 1;
+  std::vector<double> uv;
+  for (std::size_t i = 0; i < 2 * n; ++i) {
+    const double at = random.uniform(-20, i % 2 == 0 ? 60 : 20);
+    uv.push_back(are_whole ? std::round(at) : at);
   }
+  return uv;
+}
+
+Cells cells_of(const ImageCells& cells, std::size_t n) {
+  std::map<std::uint32_t, Cell> matches;
+  for (std::uint32_t i = 0; i < n; ++i) {
+    EXPECT_LT(cells.groups()[i], cells.count());
+    matches[cells.groups()[i]].push_back(i);
+  }
+  EXPECT_EQ(matches.size(), cells.count()) << "a cell without a match";
+  Cells all;
+  for (const auto& [group, of_group] : matches) all.insert(of_group);
+  return all;
+}
+
+// The definition, by sorting.
+void divide(const std::vector<double>& uv, Cell matches, std::size_t cells, Cells& result) {
+  cells = std::min(cells, matches.size());
+  if (cells <= 1) {
+    std::sort(matches.begin(), matches.end());
+    if (!matches.empty()) result.insert(matches);
+    return;
+  }
+  const auto extent = [&](std::size_t axis) {
+    const auto less = [&](std::uint32_t a, std::uint32_t b) { return uv[2 * a + axis] < uv[2 * b + axis]; };
+    const auto [low, high] = std::minmax_element(matches.begin(), matches.end(), less);
+    return uv[2 * *high + axis] - uv[2 * *low + axis];
+  };
+  const std::size_t axis = extent(1) > extent(0) ? 1 : 0;
+  std::sort(matches.begin(), matches.end(), [&](std::uint32_t a, std::uint32_t b) {
+    return std::make_pair(uv[2 * a + axis], a) < std::make_pair(uv[2 * b + axis], b);
+  });
+  const std::size_t lower = cells / 2;
+  const double share = static_cast<double>(matches.size() * lower) / static_cast<double>(cells);
+  const auto middle = matches.begin() + static_cast<std::ptrdiff_t>(std::lround(share));
+  divide(uv, {matches.begin(), middle}, lower, result);
+  divide(uv, {middle, matches.end()}, cells - lower, result);
+}
+
+// And hold equally many matches, up to rounding.
+TEST(ImageCells, are_those_of_a_division_that_sorts) {
+  ImageCells cells(1000);
+  for_each_trial(300, [&](Random& random) {
+    const std::size_t n = random.index(random.chance(0.3) ? 1001 : 301);
+    const std::size_t beyond[] = {n, n + 1, std::size_t{1} << 32U, std::size_t{1} << 63U, no_limit};
+    const std::size_t wanted = random.chance(0.2) ? beyond[random.integer(0, 4)] : random.index(401);
+    const std::vector<double> uv = random_positions(random, n);
+    ASSERT_TRUE(cells.assign(uv.data(), 2, n, wanted));
+    Cell all(n);
+    std::iota(all.begin(), all.end(), 0U);
+    Cells expected;
+    divide(uv, all, wanted, expected);
+    EXPECT_EQ(cells_of(cells, n), expected);
+    EXPECT_EQ(cells.count(), std::min(std::max<std::size_t>(wanted, 1), n));
+    const double share = static_cast<double>(n) / static_cast<double>(cells.count());
+    for (const Cell& cell : expected) EXPECT_NEAR(static_cast<double>(cell.size()), share, 0.3 * share + 2);
+  });
+}
+
+TEST(ImageCells, a_match_without_a_place_and_one_that_is_not_spread_are_groups_of_their_own) {
+  const std::vector<double> uv = {1, 1, nan, 2, 3, infinity, 4, 4, 5, 5, 6, 6};
+  const unsigned char is_spread[] = {1, 1, 1, 0, 1, 1};
+  ImageCells cells(6);
+  ASSERT_TRUE(cells.assign(uv.data(), 2, 6, 1, is_spread));
+  EXPECT_EQ(cells_of(cells, 6), (Cells{{1}, {2}, {3}, {0, 4, 5}}));
+}
+
+TEST(ImageCells, no_cell_has_matches_of_two_cameras_and_each_has_its_share) {
+  ImageCells cells(400);
+  for_each_trial(100, [&](Random& random) {
+    const std::vector<double> uv = random_positions(random, 400);
+    std::vector<std::uint8_t> camera_ids;
+    for (std::size_t i = 0; i < 400; ++i) camera_ids.push_back(i % 4 == 0 ? 7 : 2);  // a quarter
+    ASSERT_TRUE(cells.assign(uv.data(), 2, 400, 40, nullptr, camera_ids.data()));
+    std::map<std::uint8_t, std::size_t> of_camera;
+    for (const Cell& cell : cells_of(cells, 400)) {
+      for (const std::uint32_t i : cell) EXPECT_EQ(camera_ids[i], camera_ids[cell.front()]);
+      ++of_camera[camera_ids[cell.front()]];
+    }
+    EXPECT_EQ(of_camera[7], 10U);
+    EXPECT_EQ(of_camera[2], 30U);
+  });
+}
+
+TEST(ImageCells, more_matches_than_the_capacity_are_refused_and_change_nothing) {
+  const std::vector<double> uv(8, 1.0);
+  ImageCells cells(3);
+  ASSERT_TRUE(cells.assign(uv.data(), 2, 3, 2));
+  const Cells before = cells_of(cells, 3);
+  EXPECT_FALSE(cells.assign(uv.data(), 2, 4, 2));
+  EXPECT_EQ(cells_of(cells, 3), before);
+  for (const std::size_t capacity : {std::size_t{1} << 32U, no_limit}) {
+    EXPECT_THROW(ImageCells{capacity}, std::bad_alloc) << "beyond what an index can count";
+  }
+}
+
+// Required matches are in, and of the others no two share a cell; below one there are fewer cells than the budget, and
+// one match of each is selected.
+TEST(GoodFeatures, spread_selects_at_most_one_match_of_a_cell_besides_required_ones) {
+  GoodFeatures good(300);
+  for_frames_of_all_kinds(trials(100), 300, [&](Random& random, FeatureFrame frame) {
+    for (std::size_t i = 0; i < 300; i += 60) frame.matches[i].is_required = true;
+    const double spreads[] = {1.5, 1.5, 0.5, 1e-9, 1e300};
+    good.spread = spreads[random.integer(0, 4)];
+    frame.gather(good);
+    const Selection selection = good.select(with_budget(60));
+    std::vector<unsigned char> is_spread(300);
+    std::vector<double> uv;
+    std::vector<std::uint8_t> camera_ids;
+    for (std::size_t i = 0; i < 300; ++i) {
+      const FeatureMatch& match = frame.matches[i];
+      EXPECT_TRUE(good.is_selected(i) || !match.is_required);
+      is_spread[i] = good.blocks().is_valid(i) && !match.is_required ? 1 : 0;
+      uv.insert(uv.end(), match.measured, match.measured + 2);
+      camera_ids.push_back(frame.kind.has_rig ? match.camera_id : std::uint8_t{0});
+    }
+    ImageCells cells(300);
+    const double wanted = std::min(std::max(std::round(60 * good.spread), 1.0), 300.0);
+    ASSERT_TRUE(cells.assign(uv.data(), 2, 300, static_cast<std::size_t>(wanted), is_spread.data(), camera_ids.data()));
+    std::map<std::uint32_t, int> selected_of_cell;
+    for (std::size_t i = 0; i < 300; ++i) {
+      if (is_spread[i] != 0) selected_of_cell[cells.groups()[i]] += good.is_selected(i) ? 1 : 0;
+    }
+    for (const auto& [cell, selected] : selected_of_cell) EXPECT_LE(selected, 1) << cell;
+    EXPECT_EQ(selection.size, good.spread > 1 ? 60 : selected_of_cell.size() + 5);
+    EXPECT_EQ(selection.status, good.spread > 1 ? Status::ok : Status::all_selected) << good.reason();
+  });
 }
 
 }  // namespace
