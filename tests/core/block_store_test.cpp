@@ -1,27 +1,279 @@
 // SPDX-License-Identifier: MIT
-// The memory of a store, and Eigen's matrices in it. empty_slots_test.cpp shows that a store holds what it was given.
+// Stores of blocks against a model that is a list of blocks, after any change; batches of matches, some of them broken,
+// by every instruction set and one by one; and answers from a store with empty slots against one without. That the
+// equations of blocks are right is shown by blocks_test.cpp.
+#include "bench/world/frame.hpp"
 #include "kernel/blocks/block_planes.hpp"
+#include "tests/core/feature_frame.hpp"
+#include "tests/support/answer.hpp"
+#include "tests/support/block_oracle.hpp"
+#include "tests/support/numbers.hpp"
+#include "tests/support/request.hpp"
 #include "tests/support/stores.hpp"
+#include "tests/support/sweeps.hpp"
 
-#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
+#include <iterator>
 #include <limits>
 #include <new>
+#include <optional>
+#include <string>
 #include <utility>
+#include <vector>
 
 namespace maxlogdet::test {
 namespace {
 
-TEST(BlockStore, planes_are_aligned_to_64_bytes) {
-  for (const std::size_t capacity : {1U, 15U, 16U, 17U, 1000U, 2048U}) {
-    const BlockStore blocks(capacity);
-    EXPECT_EQ(blocks.capacity(), capacity);
-    for (int row = 0; row < 3; ++row) {
-      for (int column = 0; column < 6; ++column) {
-        EXPECT_EQ(reinterpret_cast<std::uintptr_t>(planes_of(blocks).plane(row, column)) % 64, 0U);
+// Matches of any kind, in half of the frames with some that are odd, also by what only arrays hold: broken covariances,
+// and points whose blocks exceed float32. The others hold whole packs of valid matches.
+FeatureFrame random_frame(Random& random, std::size_t n, Weighting weighting, DepthCue depth_cue) {
+  const bool is_pinhole = depth_cue == DepthCue::stereo || random.chance(0.5);
+  const FeatureKind kind = {is_pinhole ? CameraModel::pinhole : random_model(random), depth_cue, random.chance(0.5),
+                            FeatureKind::Covariances(random.integer(0, 2))};
+  FeatureFrame frame(random, n, kind);
+  frame.options.weighting = weighting;
+  if (random.chance(0.5)) frame.options.min_depth = random.uniform(0, 5);
+  if (random.chance(0.5)) return frame;
+  frame.make_odd(random, 0.2);
+  for (std::size_t i = 0; i < n; ++i) {
+    if (random.chance(0.1)) frame.covariances[9 * i] = random.chance(0.5) ? nan : -1e6;  // not definite
+    if (random.chance(0.1)) frame.covariances[9 * i + 8] *= std::pow(10, random.uniform(0, 16));
+    if (random.chance(0.05)) frame.points[3 * i + 2] *= 1e300;
+  }
+  return frame;
+}
+
+FeatureFrame random_frame(Random& random, std::size_t n) {
+  return random_frame(random, n, weightings[random.integer(0, 3)], thirds[random.integer(0, 2)]);
+}
+
+// Some of the optional arrays are not given.
+Matches random_matches(Random& random, const FeatureFrame& frame) {
+  Matches matches = frame.arrays();
+  if (random.chance(0.5)) matches.sigmas = nullptr;
+  if (random.chance(0.5)) matches.has_depth_cue = nullptr;
+  if (random.chance(0.5)) matches.usable = nullptr;
+  return matches;
+}
+
+BlockReport append(const FeatureFrame& frame, const Matches& matches, BlockStore& blocks) {
+  return append_blocks(frame.cameras, frame.kind.has_rig ? 2 : 1, rows_of(frame.T_cw), matches, frame.options, blocks);
+}
+
+// All lengths of the last pack, behind some candidates; an unknown MAXLOGDET_ISA is as none.
+TEST(BlockBuilding, gives_the_same_bits_on_every_instruction_set) {
+  for (const Weighting weighting : weightings) {
+    for (const DepthCue depth_cue : thirds) {
+      for (std::size_t n = 0; n <= 70; ++n) {
+        Random random(n);
+        SCOPED_TRACE(std::to_string(n) + " matches, " + to_string(weighting) + ", " + name_of(depth_cue));
+        const FeatureFrame frame = random_frame(random, n, weighting, depth_cue);
+        const Matches matches = random_matches(random, frame);
+        const std::vector<Block> before(random.index(6), random_block(random, random.integer(1, 3)));
+        std::optional<BlockReport> first;
+        const auto build = [&] {
+          BlockStore blocks(before.size() + n);  // a plane may end with the last match
+          for (const Block& block : before) push_back(blocks, block);
+          const BlockReport report = append(frame, matches, blocks);
+          EXPECT_EQ(report.error, Error::none) << to_string(report.error);
+          EXPECT_EQ(report.appended, n);
+          EXPECT_EQ(report.invalid, blocks.invalid_count());
+          if (!first) first = report;
+          expect_same(report, *first);
+          return bytes_of(blocks);
+        };
+        const std::vector<unsigned char> expected = same_on_every_isa(build);
+        const ForcedIsa forced("none of these");
+        EXPECT_EQ(build(), expected);
+        if (::testing::Test::HasFailure()) return;  // one is enough to look at
       }
     }
   }
+}
+
+Matches alone(const FeatureFrame& frame, const Matches& matches, std::size_t i) {
+  const auto at = [i](auto* array, std::size_t entries) { return array == nullptr ? nullptr : array + entries * i; };
+  Matches one = matches;
+  one.size = 1;
+  one.points = &frame.points[3 * i];
+  one.sigmas = at(one.sigmas, 1);
+  one.map_covariances = at(one.map_covariances, 9);
+  one.has_depth_cue = at(one.has_depth_cue, 1);
+  one.usable = at(one.usable, 1);
+  one.camera_ids = at(one.camera_ids, 1);
+  return one;
+}
+
+// And its report is the sum of theirs, its rows those of the valid block with most of them.
+TEST(BlockBuilding, gives_each_match_what_it_gets_alone) {
+  for_each_trial(300, [&](Random& random) {
+    const FeatureFrame frame = random_frame(random, random.index(random.chance(0.3) ? 5 : 150));
+    const Matches matches = random_matches(random, frame);
+    BlockStore together(1);
+    const BlockReport report = append(frame, matches, together);
+    BlockReport sum;
+    int rows = 0;
+    for (std::size_t i = 0; i < matches.size; ++i) {
+      BlockStore own(1);
+      const BlockReport one = append(frame, alone(frame, matches, i), own);
+      for (const auto& count : counts_of_report) sum.*count += one.*count;
+      rows = std::max(rows, own.rows());
+      ASSERT_EQ(own.is_valid(0), together.is_valid(i)) << i;
+      if (!own.is_valid(0)) continue;
+      const Block expected = stored_block(own, 0);
+      ASSERT_EQ(stored_block(together, i).topRows(expected.rows()), expected) << i;
+      ASSERT_TRUE((stored_block(together, i).bottomRows(together.rows() - expected.rows()).array() == 0).all());
+    }
+    EXPECT_EQ(together.rows(), rows);
+    expect_same(report, sum);
+  });
+}
+
+// Blocks in the order of their indices, as stored; an invalid candidate has none.
+using Slots = std::vector<std::optional<Block>>;
+
+// Appends a block, some of which have an entry that float32 cannot hold, or just can. What follows the rows of a block
+// is not read.
+void push_back_block(Random& random, BlockStore& blocks, Slots& slots) {
+  constexpr double halfway = 0x1p128 - 0x1p103;  // from the largest float32 to 2^128: rounds up
+  constexpr double smallest = 0x1p-149;
+  const double ends[] = {nan, infinity, 1e39, -1e300, halfway, std::nextafter(halfway, 0), smallest, smallest / 2};
+  Block block = random_block(random, random.integer(1, 3));
+  if (random.chance(0.3))
+    block(random.integer(0, static_cast<int>(block.rows()) - 1), random.integer(0, 5)) = ends[random.integer(0, 7)];
+  double entries[18];
+  std::fill(std::copy_n(block.data(), block.size(), entries), std::end(entries), nan);
+  EXPECT_EQ(blocks.push_back(entries, static_cast<int>(block.rows())), slots.size());
+  slots.emplace_back();
+  if ((block.array().abs() < halfway).all()) slots.back() = rounded(block);
+}
+
+// Appends a candidate without a block, in any of the ways that there are.
+void push_back_hole(Random& random, BlockStore& blocks) {
+  const double entries[24] = {};
+  const int rows[] = {-1, 0, 4};
+  const std::size_t index = blocks.size();
+  switch (random.integer(0, 2)) {
+    case 0: EXPECT_EQ(blocks.push_back(nullptr, 2), index); break;
+    case 1: EXPECT_EQ(blocks.push_back(entries, rows[random.integer(0, 2)]), index); break;
+    default: EXPECT_EQ(blocks.push_back_invalid(), index);
+  }
+}
+
+// Appends a batch of matches; a store of its own says which blocks they have.
+void append_batch(Random& random, BlockStore& blocks, Slots& slots) {
+  const FeatureFrame frame = random_frame(random, random.index(41));
+  const Matches matches = random_matches(random, frame);
+  BlockStore alone;
+  expect_same(append(frame, matches, blocks), append(frame, matches, alone));
+  for (std::size_t i = 0; i < alone.size(); ++i) {
+    slots.emplace_back();
+    if (alone.is_valid(i)) slots.back() = stored_block(alone, i);
+  }
+}
+
+// block() writes the block as stored, and nothing beyond its rows.
+void expect_written(const BlockStore& blocks, std::size_t i, int rows) {
+  double entries[18];
+  std::fill(std::begin(entries), std::end(entries), -7.0);
+  ASSERT_EQ(blocks.block(i, entries), rows);
+  for (const double* entry = entries + 6 * rows; entry != std::end(entries); ++entry) ASSERT_EQ(*entry, -7);
+}
+
+// Compares a store with what was put into it.
+void expect_holds(const BlockStore& blocks, const Slots& slots) {
+  const BlockPlanes& planes = planes_of(blocks);
+  std::size_t stored = 0;
+  int rows = 0;
+  Eigen::Matrix<double, 1, 6> largest = Eigen::Matrix<double, 1, 6>::Zero();
+  for (const auto& slot : slots) rows = std::max(rows, slot ? static_cast<int>(slot->rows()) : 0);
+  ASSERT_EQ(blocks.size(), slots.size());
+  ASSERT_LE(blocks.size(), blocks.capacity());
+  ASSERT_EQ(blocks.rows(), rows);
+  for (std::size_t i = 0; i < slots.size(); ++i) {
+    ASSERT_EQ(blocks.is_valid(i), slots[i].has_value()) << i;
+    ASSERT_EQ(planes.validity()[i], slots[i] ? 1 : 0);
+    ASSERT_NO_FATAL_FAILURE(expect_written(blocks, i, slots[i] ? rows : 0));
+    if (!slots[i]) continue;
+    ASSERT_EQ(planes.indices()[stored], i);
+    ASSERT_EQ(planes.place(i), stored++);
+    Block padded = Block::Zero(rows, 6);
+    padded.topRows(slots[i]->rows()) = *slots[i];
+    ASSERT_EQ(stored_block(blocks, i), padded) << i;
+    largest = largest.cwiseMax(padded.cwiseAbs().colwise().maxCoeff());
+  }
+  ASSERT_EQ(blocks.stored(), stored);
+  ASSERT_EQ(blocks.invalid_count(), slots.size() - stored);
+  ASSERT_FALSE(blocks.is_valid(slots.size()));
+  ASSERT_NO_FATAL_FAILURE(expect_written(blocks, slots.size(), 0));
+  for (int column = 0; column < 6; ++column) {
+    ASSERT_EQ(planes.column_max()[column], largest(column));
+    for (int row = 0; row < 3; ++row) ASSERT_EQ(reinterpret_cast<std::uintptr_t>(planes.plane(row, column)) % 64, 0U);
+  }
+}
+
+// Changes a store, and the model in the same way.
+void change(Random& random, BlockStore& blocks, Slots& slots) {
+  switch (random.integer(0, 9)) {
+    case 0: {
+      const BlockStore copy = blocks;
+      push_back(blocks, random_block(random, 3));
+      expect_holds(copy, slots);  // on its own
+      EXPECT_EQ(copy.capacity(), slots.size());
+      blocks = copy;
+      const BlockStore& self = blocks;
+      blocks = self;
+      break;
+    }
+    case 1: {
+      BlockStore moved = std::move(blocks);
+      expect_holds(moved, slots);
+      expect_holds(blocks, {});  // NOLINT(bugprone-use-after-move,clang-analyzer-cplusplus.Move)
+      EXPECT_EQ(blocks.capacity(), 0U);
+      EXPECT_EQ(select_indices(blocks, with_budget(1)).size(), 0U);
+      if (random.chance(0.5)) {
+        slots.clear();  // the next change is that of a store moved from
+      } else {
+        blocks = std::move(moved);
+      }
+      break;
+    }
+    case 2: {
+      const std::size_t before = blocks.capacity(), asked = random.index(blocks.size() + 200);
+      blocks.reserve(asked);
+      EXPECT_EQ(blocks.capacity(), std::max(before, asked)) << "it never shrinks";
+      break;
+    }
+    case 3:
+      if (!random.chance(0.2)) break;
+      blocks.clear();
+      slots.clear();
+      break;
+    case 4:
+    case 5: append_batch(random, blocks, slots); break;
+    default:
+      for (int i = random.integer(1, 30); i > 0; --i) {
+        if (random.chance(0.6)) {
+          push_back_block(random, blocks, slots);
+        } else {
+          push_back_hole(random, blocks);
+          slots.emplace_back();
+        }
+      }
+  }
+}
+
+TEST(BlockStore, holds_what_was_put_into_it_after_any_change) {
+  for_each_trial(100, [](Random& random) {
+    BlockStore blocks;
+    Slots slots;
+    for (int step = 0; step < 40; ++step) {
+      change(random, blocks, slots);
+      expect_holds(blocks, slots);
+    }
+  });
 }
 
 // Of a store that holds a block, and of one that was moved from.
@@ -57,16 +309,93 @@ TEST(EigenAdapter, takes_blocks_of_any_scalar_and_storage_order) {
   EXPECT_EQ(blocks.invalid_count(), 3U);
 }
 
-TEST(EigenAdapter, passes_a_prior) {
-  Random random;
-  const Matrix6 information = random_prior(random);
-  const EigenPrior prior(information);
-  Options options;
-  options.budget = 0;
-  options.prior = prior.data();
-  Selector selector(1);
-  const double log_det = selector.select(BlockStore(), options).log_det;
-  EXPECT_NEAR(log_det, 2 * information.llt().matrixLLT().diagonal().array().log().sum(), 1e-12);
+template <class T>
+std::vector<T> gathered(const std::vector<T>& values, const std::vector<std::uint32_t>& indices) {
+  std::vector<T> result;
+  if (values.empty()) return result;
+  for (const std::uint32_t i : indices) result.push_back(values[i]);
+  return result;
+}
+
+// Any subset of the constraints, perhaps with a certificate, for some of the blocks.
+Request random_request(Random& random, const BlockStore& blocks) {
+  Problem problem = problem_of(blocks, 0);
+  constrain(random, problem, random.chance(0.3));
+  if (random.chance(0.5)) problem.set_prior(random_prior(random));
+  const std::size_t required = problem.required_count();
+  problem.plain.budget = required + random.index(blocks.stored() - required + 3);
+  problem.plain.stochastic.seed = random.seed();
+  problem.plain.stochastic.epsilon = random.uniform(0.01, 0.9);
+  problem.plain.certificate = random.chance(0.5);
+  return static_cast<const Request&>(problem);
+}
+
+// Every strategy's answer for `whole` against that for `dense`, which holds the valid candidates of it alone. A store
+// without candidates gives ok, one whose candidates are all invalid all_selected.
+void expect_same_answers(const BlockStore& whole, const Request& request, const BlockStore& dense) {
+  const std::uint32_t* const indices = planes_of(whole).indices();
+  const std::vector<std::uint32_t> kept(indices, indices + whole.stored());
+  Request of_dense = request;
+  of_dense.required = gathered(request.required, kept);
+  of_dense.groups = gathered(request.groups, kept);
+  Selector selector(std::max(whole.size(), request.plain.budget));
+  Selector dense_selector(std::max(dense.size(), request.plain.budget));
+  for (const Strategy strategy : strategies) {
+    SCOPED_TRACE(to_string(strategy));
+    const Answer expected = dense_selector.select(dense, of_dense.options(strategy));
+    const Answer actual = selector.select(whole, request.options(strategy));
+    const bool is_empty = dense.size() == 0 && request.plain.budget > 0 && whole.size() > 0;
+    EXPECT_EQ(actual.status, is_empty ? Status::all_selected : expected.status);
+    EXPECT_EQ(actual.indices, gathered(kept, expected.indices));
+    EXPECT_EQ(actual.numbers, expected.numbers);
+    EXPECT_EQ(actual.evaluations, expected.evaluations);
+    EXPECT_EQ(actual.float64_decisions, expected.float64_decisions);
+  }
+}
+
+TEST(EmptySlots, answers_are_those_of_a_store_without_them) {
+  for_each_trial(400, [](Random& random) {
+    const BlockStore dense = awkward_blocks(random, random.index(150));
+    const double share = random.uniform(0.02, 0.9);
+    BlockStore whole;
+    for (std::size_t i = 0; i <= dense.size(); ++i) {
+      while (random.chance(share)) push_back_hole(random, whole);
+      if (i < dense.size()) push_back(whole, stored_block(dense, i));
+    }
+    expect_same_answers(whole, random_request(random, whole), dense);
+  });
+}
+
+TEST(EmptySlots, answers_are_those_of_the_frame_without_them) {
+  for (const sim::Scene scene : sim::scenes) {
+    for (const BlockKind& kind : block_kinds) {
+      Random random(static_cast<std::uint64_t>(scene));
+      SCOPED_TRACE(random.name() + ", " + to_string(scene) + ' ' + kind.name);
+      const sim::Frame frame = make_scene(scene, 1500, random.seed());
+      const std::vector<unsigned char> usable = random_flags(random, 1500, random.uniform(0.2, 0.95));
+      std::vector<std::uint32_t> kept;
+      for (std::uint32_t i = 0; i < 1500; ++i) {
+        if (usable[i] != 0) kept.push_back(i);
+      }
+      BlockOptions options;
+      options.weighting = kind.weighting;
+      options.depth_cue = kind.depth_cue;
+      const sim::MatchArrays arrays(frame);
+      Matches matches = arrays.view();
+      matches.usable = usable.data();
+      BlockStore whole, dense;
+      append_blocks(frame.camera, RigidTransform::row_major(frame.T_cw_prior.data()), matches, options, whole);
+      sim::build_blocks(frame, sim::MatchArrays(frame, kept), options, dense);
+      ASSERT_EQ(dense.stored(), kept.size());
+      ASSERT_EQ(whole.stored(), kept.size());
+      Request request;
+      request.plain.certificate = true;
+      for (const std::size_t budget : {std::size_t{20}, kept.size() - 10}) {
+        request.plain.budget = budget;
+        expect_same_answers(whole, request, dense);
+      }
+    }
+  }
 }
 
 }  // namespace
