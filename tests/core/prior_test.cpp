@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// The prior that a selection starts from: the default one follows the units of the blocks, and those of estimators are
-// in float32, and semidefinite.
+// The prior that a selection starts from, against prior_oracle.hpp: those of estimators are in float32, semidefinite or
+// worse; and units. The default prior follows the units of blocks, and the unit of length changes lengths alone.
+#include "tests/core/alignment_scene.hpp"
 #include "tests/support/answer.hpp"
 #include "tests/support/linear_algebra.hpp"
 #include "tests/support/numbers.hpp"
@@ -9,12 +10,12 @@
 #include "tests/support/request.hpp"
 #include "tests/support/stores.hpp"
 #include "tests/support/sweeps.hpp"
-#include "tests/support/traced_random.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <utility>
+#include <vector>
 
 namespace maxlogdet::test {
 namespace {
@@ -25,32 +26,29 @@ Options with_prior(std::size_t budget, const EigenPrior& prior) {
   return options;
 }
 
-Error error_with(const BlockStore& blocks, const Matrix6& information) {
-  const EigenPrior prior(information);
-  Selector selector(blocks.size());
-  return selector.select(blocks, with_prior(5, prior)).error;
-}
-
-// Blocks in other units of the translation and of the rotation.
-BlockStore in_units(const BlockStore& blocks, double translation, double rotation) {
-  return store_of(blocks.size(), [&](std::size_t i) {
-    Block block = stored_block(blocks, i);
-    block.leftCols<3>() *= translation;
-    block.rightCols<3>() *= rotation;
-    return block;
-  });
-}
-
+// Blocks in other units of the translation and of the rotation, with the default prior or one that is given in these
+// units: the same bits.
 TEST(Prior, follows_the_units_of_the_blocks) {
   for_each_trial(40, [](Random& random) {
     const BlockStore blocks = pushed(any_blocks(random, 60));
     if (blocks.invalid_count() > 0) return;
-    const Answer expected = answer_to(blocks, with_budget(30));
-    for (const int translation : {-60, -20, -7, 0, 1, 20, 60}) {
+    const bool is_given = random.chance(0.5);
+    const Matrix6 information = random_prior(random);
+    const auto answer_in = [&](int translation, int rotation, Strategy strategy) {
+      Vector6 units = Vector6::Constant(std::exp2(rotation));
+      units.head<3>().setConstant(std::exp2(translation));
+      const BlockStore scaled =
+          store_of(blocks.size(), [&](std::size_t i) { return Block(stored_block(blocks, i) * units.asDiagonal()); });
+      const EigenPrior prior(Matrix6(units.asDiagonal() * information * units.asDiagonal()));
+      Options options = is_given ? with_prior(30, prior) : with_budget(30);
+      options.strategy = strategy;
+      return answer_to(scaled, options);
+    };
+    const Answer expected = answer_in(0, 0, Strategy::greedy);
+    for (const int translation : {-60, -20, -7, 1, 20, 60}) {
       for (const int rotation : {-60, -20, 0, 3, 20, 60}) {
-        const BlockStore scaled = in_units(blocks, std::exp2(translation), std::exp2(rotation));
         for (const Strategy strategy : {Strategy::greedy, Strategy::lazy_greedy}) {
-          const Answer answer = answer_to(scaled, with_budget(30, strategy));
+          const Answer answer = answer_in(translation, rotation, strategy);
           ASSERT_EQ(answer.indices, expected.indices) << translation << ' ' << rotation;
           EXPECT_EQ(answer.gains, expected.gains);
           EXPECT_NEAR(answer.log_det, expected.log_det + 6 * std::log(2) * (translation + rotation), 1e-9);
@@ -58,36 +56,6 @@ TEST(Prior, follows_the_units_of_the_blocks) {
       }
     }
   });
-}
-
-TEST(Prior, given_in_the_units_of_the_blocks_changes_nothing) {
-  for_each_trial(40, [](Random& random) {
-    const BlockStore blocks = pushed(any_blocks(random, 60));
-    if (blocks.invalid_count() > 0) return;
-    const Matrix6 information = random_prior(random);
-    const Answer expected = answer_to(blocks, with_prior(30, EigenPrior(information)));
-    for (const int translation : {-20, -7, 0, 20}) {
-      Matrix6 scaled = information;
-      scaled.leftCols<3>() *= std::exp2(translation);
-      scaled.topRows<3>() *= std::exp2(translation);
-      const EigenPrior prior(scaled);
-      const Answer answer = answer_to(in_units(blocks, std::exp2(translation), 1), with_prior(30, prior));
-      EXPECT_EQ(answer.indices, expected.indices);
-      EXPECT_EQ(answer.gains, expected.gains);
-    }
-  });
-}
-
-// A few candidates of very other sizes, wrong points near the camera, change nothing.
-TEST(Prior, is_that_of_most_of_the_blocks) {
-  TracedRandom random;
-  const BlockStore blocks = random_store(random, 101, 100);
-  BlockStore spoilt = blocks;
-  for (int i = 0; i < 40; ++i) push_back(spoilt, random_block(random, 2, 1e9));
-  const double ratio = default_information(spoilt)(0, 0) / default_information(blocks)(0, 0);
-  EXPECT_LE(ratio, 4);
-  Selector selector(spoilt.size());
-  expect_sound(problem_of(spoilt, 60), selector.select(spoilt, with_budget(60)), 1e-6);
 }
 
 // Against 1e-5 I, the default of the method's public code, in metres. Greedy may take another way in the first rounds:
@@ -157,78 +125,146 @@ TEST(Prior, of_any_rank_in_float32_or_float64_is_used_as_greedy_over_it_and_the_
   EXPECT_GT(2 * compared, trials(400));
 }
 
-TEST(Prior, of_zeros_is_the_default) {
-  TracedRandom random;
-  const BlockStore blocks = random_store(random, 40);
-  EXPECT_EQ(answer_to(blocks, with_prior(20, EigenPrior(Matrix6(Matrix6::Zero())))).indices,
-            answer_to(blocks, with_budget(20)).indices);
+// An information of which something may be wrong by any amount: symmetry, a negative eigenvalue, a correlation near or
+// beyond 1, its size, a number.
+Matrix6 doubtful(Random& random) {
+  Matrix6 prior = estimated(random, random.integer(1, 6), false);
+  const double size = prior.diagonal().maxCoeff();
+  const double error = size * std::pow(10, random.uniform(-7, 0));
+  const int i = random.integer(0, 5), j = (i + random.integer(1, 5)) % 6;
+  const double broken[] = {nan, infinity, -infinity};
+  switch (random.integer(0, 6)) {
+    case 0: prior(i, j) += error; break;
+    case 1: prior(i, i) -= error; break;
+    case 2: prior -= error * Matrix6::Identity(); break;
+    case 3: prior.triangularView<Eigen::StrictlyLower>().setZero(); break;
+    case 4:
+      prior = size * Matrix6::Identity();
+      prior(i, j) = prior(j, i) = size - (random.chance(0.5) ? 1 : -1) * size * std::pow(10, random.uniform(-17, -3));
+      break;
+    case 5: prior = random_prior(random) * std::pow(10, random.uniform(-130, 200)); break;
+    default: prior(i, j) = broken[random.integer(0, 2)];
+  }
+  return prior;
 }
 
-TEST(Prior, that_is_no_information_is_refused) {
-  TracedRandom random;
-  const BlockStore blocks = random_store(random, 20);
-  const Matrix6 good = random_prior(random);
-  EXPECT_EQ(error_with(blocks, good), Error::none);
-  for (const double size : {1e-12, 1.0, 1e12}) {
-    Matrix6 asymmetric = good;
-    asymmetric(1, 4) += 1e-2 * good.diagonal().maxCoeff();
-    Matrix6 triangular = good;
-    triangular.triangularView<Eigen::StrictlyLower>().setZero();
-    Matrix6 indefinite = good;
-    indefinite(3, 3) = 0;
-    Matrix6 negative = Matrix6::Zero();
-    negative(2, 2) = -1;
-    Matrix6 beyond_rounding = Matrix6::Identity();
-    beyond_rounding(0, 1) = beyond_rounding(1, 0) = 1 + 1e-4;
-    for (const Matrix6& bad : {asymmetric, triangular, indefinite, negative, Matrix6(-good), beyond_rounding}) {
-      EXPECT_EQ(error_with(blocks, size * bad), Error::invalid_prior) << bad;
+TEST(Prior, is_used_refused_or_joined_by_the_default_on_the_sides_of_each_limit) {
+  std::size_t refused = 0, alone = 0, joined = 0;
+  for_each_trial(1000, [&](Random& random) {
+    const Matrix6 information = doubtful(random);
+    SCOPED_TRACE(::testing::PrintToString(information));
+    const BlockStore blocks = random_store(random, 20);
+    const EigenPrior given(information);
+    const ExpectedPrior expected = expected_prior(blocks, given.data());
+    if (expected.verdict == Verdict::unclear) return;
+    const Answer answer = answer_to(blocks, with_prior(0, given));
+    EXPECT_EQ(answer.error, expected.verdict == Verdict::bad ? Error::invalid_prior : Error::none);
+    refused += expected.verdict == Verdict::bad ? 1 : 0;
+    if (expected.verdict == Verdict::bad || !expected.is_known) return;
+    EXPECT_NEAR(answer.log_det, static_cast<double>(log_det_of(blocks, {}, expected.information)), 0.1);
+    const bool is_alone = expected.information == (information / 2 + information.transpose() / 2);
+    ++(is_alone ? alone : joined);
+  });
+  if (trials(1000) < 100) return;  // a share of the trials
+  for (const std::size_t count : {refused, alone, joined}) EXPECT_GT(10 * count, trials(1000));
+}
+
+constexpr int exponents[] = {-30, -13, -7, -1, 1, 6, 20};
+
+RigidTransform scaled(const RigidTransform& T, double unit) {
+  double entries[12];
+  for (int e = 0; e < 12; ++e) entries[e] = T.data()[e] * (e % 4 == 3 ? unit : 1);
+  return RigidTransform::row_major(entries);
+}
+
+FeatureFrame scaled(FeatureFrame frame, double unit) {
+  frame.T_cw.translation() *= unit;
+  for (Camera& camera : frame.cameras) {
+    camera.pinhole.bf *= unit;
+    camera.T_cb = scaled(camera.T_cb, unit);
+  }
+  frame.options.map_sigma *= unit;
+  frame.options.depth_sigma *= unit;
+  frame.options.min_depth *= unit;
+  for (FeatureMatch& match : frame.matches) {
+    for (double& coordinate : match.point) coordinate *= unit;
+    if (match.depth > 0) match.depth *= unit;
+  }
+  for (double& entry : frame.covariances) entry *= unit * unit;
+  return frame;
+}
+
+std::vector<std::uint64_t> bits_of_all(const std::vector<double>& numbers) {
+  std::vector<std::uint64_t> bits;
+  for (const double number : numbers) bits.push_back(bits_of(number));
+  return bits;
+}
+
+// All that a frame is answered, in the unit of the frame before: indices, then the bits of numbers.
+struct Told {
+  Told(const FeatureFrame& frame, const Options& options, double unit) {
+    GoodFeatures good(frame.matches.size());
+    frame.gather(good);
+    const Selection selection = good.select(options);
+    indices = indices_of(selection);
+    reason = good.reason();
+    log_det = selection.log_det;
+    std::vector<double> numbers(selection.gains, selection.gains + selection.size);
+    numbers.insert(numbers.end(), {selection.efficiency, selection.translation_sigma / unit, selection.rotation_sigma});
+    const Alignment found = good.alignment();
+    numbers.insert(numbers.end(), {found.scale, static_cast<double>(found.iterations)});
+    const RigidTransform pose = scaled(good.pose(), 1 / unit);
+    numbers.insert(numbers.end(), pose.data(), pose.data() + 12);
+    good.outliers(good.pose());
+    for (std::size_t i = 0; i < good.size(); ++i) numbers.push_back(good.is_inlier(i) ? good.chi2(i) : -1);
+    bits = bits_of_all(numbers);
+  }
+
+  std::vector<std::uint32_t> indices;
+  std::string reason;
+  double log_det;
+  std::vector<std::uint64_t> bits;
+};
+
+void expect_unit_free(const FeatureFrame& frame, const Options& options, const double* prior, int directions) {
+  Options asked = options;
+  asked.prior = prior;
+  const Told expected(frame, asked, 1);
+  for (const int exponent : exponents) {
+    SCOPED_TRACE("lengths times 2^" + std::to_string(exponent));
+    const double unit = std::exp2(exponent);
+    double in_unit[36];
+    for (int e = 0; e < 36 && prior != nullptr; ++e)
+      in_unit[e] = prior[e] / (e / 6 < 3 ? unit : 1) / (e % 6 < 3 ? unit : 1);
+    asked.prior = prior != nullptr ? in_unit : nullptr;
+    asked.target.translation_sigma = options.target.translation_sigma * unit;
+    const Told told(scaled(frame, unit), asked, unit);
+    EXPECT_EQ(told.indices, expected.indices);
+    EXPECT_EQ(told.reason, expected.reason);
+    EXPECT_EQ(told.bits, expected.bits);
+    EXPECT_NEAR(told.log_det, expected.log_det - 2 * directions * std::log(unit), 1e-7);
+  }
+}
+
+// Endoscopes, maps of arbitrary scale, planets. The blocks of the map's errors have lengths in the columns of the
+// rotation, too: log det grows with them.
+TEST(Units, change_no_selection_no_alignment_and_no_judgement) {
+  for_frames_of_all_kinds(20 + trials(80), 1, [&](Random& random, const FeatureFrame& of_kind) {
+    Scene scene(random, 120, of_kind.kind, 1, 0.1, 0.02);
+    scene.spoil(random, random.uniform(0, 0.3));
+    scene.frame.rejects_outliers = random.chance(0.8);
+    scene.frame.options.min_depth = random.chance(0.3) ? 3 : 0;
+    Options options = with_budget(40, random.chance(0.7) ? Strategy::lazy_greedy : Strategy::stochastic_greedy);
+    const bool is_by_map = random.chance(0.3);
+    if (is_by_map) {
+      scene.frame.options.weighting = random.chance(0.5) ? Weighting::map_bias : Weighting::map_bias_world;
+      return expect_unit_free(scene.frame, options, nullptr, -3);
     }
-  }
-  for (const double value : {nan, infinity, -infinity}) {
-    for (int entry = 0; entry < 36; ++entry) {
-      Matrix6 bad = good;
-      bad(entry) = value;
-      EXPECT_EQ(error_with(blocks, bad), Error::invalid_prior) << entry << ' ' << value;
-    }
-  }
-}
-
-TEST(Prior, is_joined_by_the_default_beyond_each_limit) {
-  TracedRandom random;
-  const BlockStore blocks = random_store(random, 20);
-  const auto is_alone = [&](const Matrix6& information) {
-    const EigenPrior prior(information);
-    const double log_det = answer_to(blocks, with_prior(0, prior)).log_det;
-    return std::abs(log_det - static_cast<double>(log_det_of(blocks, {}, information))) < 1e-3;
-  };
-  for (const double size : {1e-6, 1.0, 1e6}) {
-    Matrix6 prior = size * Matrix6::Identity();
-    prior(1, 0) = prior(0, 1) = size * (1 - 1e-13);  // pivot 2e-13
-    EXPECT_TRUE(is_alone(prior));
-    prior(1, 0) = prior(0, 1) = size * (1 - 1e-15);  // pivot 2e-15
-    EXPECT_FALSE(is_alone(prior));
-  }
-  EXPECT_TRUE(is_alone(1e-90 * Matrix6::Identity()));    // omega some 1e45
-  EXPECT_FALSE(is_alone(1e-110 * Matrix6::Identity()));  // 1e55
-}
-
-// The limits that docs/numerics.md states, from both sides.
-TEST(Prior, is_accepted_on_one_side_of_each_limit) {
-  const auto expect = [](const Matrix6& prior, Error error) {
-    EXPECT_EQ(error_with(BlockStore(), prior), error) << prior;
-  };
-  for (const double size : {1e-6, 1.0, 1e6}) {
-    Matrix6 prior = size * Matrix6::Identity();
-    prior(4, 2) = 0.99e-4 * size;  // asymmetry
-    expect(prior, Error::none);
-    prior(4, 2) = 1.01e-4 * size;
-    expect(prior, Error::invalid_prior);
-    prior = size * Matrix6::Identity();
-    prior(3, 1) = prior(1, 3) = size * (1 + 0.99e-5);
-    expect(prior, Error::none);
-    prior(3, 1) = prior(1, 3) = size * (1 + 1.01e-5);
-    expect(prior, Error::invalid_prior);
-  }
+    if (random.chance(0.3)) options.target.efficiency = 0.3;
+    if (random.chance(0.3)) options.target.translation_sigma = 0.01;
+    const Matrix6 prior = random_prior(random) * std::pow(10, random.uniform(-3, 5));
+    expect_unit_free(scene.frame, options, random.chance(0.5) ? prior.data() : nullptr, 3);
+  });
 }
 
 }  // namespace
