@@ -15,7 +15,6 @@
 #include <limits>
 #include <map>
 #include <new>
-#include <numeric>
 #include <set>
 #include <string>
 #include <type_traits>
@@ -329,32 +328,38 @@ void divide(const std::vector<double>& uv, Cell matches, std::size_t cells, Cell
   divide(uv, {middle, matches.end()}, cells - lower, result);
 }
 
-// And hold equally many matches, up to rounding.
+// And hold equally many matches, up to rounding. A match without a place and one that is not spread are groups of their
+// own.
 TEST(ImageCells, are_those_of_a_division_that_sorts) {
   ImageCells cells(1000);
   for_each_trial(300, [&](Random& random) {
     const std::size_t n = random.index(random.chance(0.3) ? 1001 : 301);
     const std::size_t beyond[] = {n, n + 1, std::size_t{1} << 32U, std::size_t{1} << 63U, no_limit};
     const std::size_t wanted = random.chance(0.2) ? beyond[random.integer(0, 4)] : random.index(401);
-    const std::vector<double> uv = random_positions(random, n);
-    ASSERT_TRUE(cells.assign(uv.data(), 2, n, wanted));
-    Cell all(n);
-    std::iota(all.begin(), all.end(), 0U);
+    std::vector<double> uv = random_positions(random, n);
+    std::vector<unsigned char> is_spread(n, 1);
+    const double odd = random.chance(0.5) ? 0.1 : 0;
+    Cell divided;
     Cells expected;
-    divide(uv, all, wanted, expected);
+    for (std::uint32_t i = 0; i < n; ++i) {
+      if (random.chance(odd)) uv[2 * i + random.index(2)] = random.chance(0.5) ? nan : infinity;
+      if (random.chance(odd)) is_spread[i] = 0;
+      if (is_spread[i] != 0 && std::isfinite(uv[2 * i]) && std::isfinite(uv[2 * i + 1])) {
+        divided.push_back(i);
+      } else {
+        expected.insert({i});
+      }
+    }
+    ASSERT_TRUE(cells.assign(uv.data(), 2, n, wanted, odd > 0 ? is_spread.data() : nullptr));
+    Cells of_division;
+    divide(uv, divided, wanted, of_division);
+    EXPECT_EQ(of_division.size(), std::min(std::max<std::size_t>(wanted, 1), divided.size()));
+    const double share = static_cast<double>(divided.size()) / static_cast<double>(of_division.size());
+    for (const Cell& cell : of_division) EXPECT_NEAR(static_cast<double>(cell.size()), share, 0.3 * share + 2);
+    expected.insert(of_division.begin(), of_division.end());
     EXPECT_EQ(cells_of(cells, n), expected);
-    EXPECT_EQ(cells.count(), std::min(std::max<std::size_t>(wanted, 1), n));
-    const double share = static_cast<double>(n) / static_cast<double>(cells.count());
-    for (const Cell& cell : expected) EXPECT_NEAR(static_cast<double>(cell.size()), share, 0.3 * share + 2);
+    EXPECT_EQ(cells.count(), expected.size());
   });
-}
-
-TEST(ImageCells, a_match_without_a_place_and_one_that_is_not_spread_are_groups_of_their_own) {
-  const std::vector<double> uv = {1, 1, nan, 2, 3, infinity, 4, 4, 5, 5, 6, 6};
-  const unsigned char is_spread[] = {1, 1, 1, 0, 1, 1};
-  ImageCells cells(6);
-  ASSERT_TRUE(cells.assign(uv.data(), 2, 6, 1, is_spread));
-  EXPECT_EQ(cells_of(cells, 6), (Cells{{1}, {2}, {3}, {0, 4, 5}}));
 }
 
 TEST(ImageCells, no_cell_has_matches_of_two_cameras_and_each_has_its_share) {

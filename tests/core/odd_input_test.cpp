@@ -423,13 +423,23 @@ TEST(Camera, numbers_that_are_not_finite_or_not_of_stereo_are_refused) {
 }
 
 TEST(Inputs, poses_that_are_no_rotations_are_refused) {
-  const RigidTransform twice = Pose(2 * Pose::Identity()), mirrored = Pose(-Pose::Identity());
-  Pose without_number = Pose::Identity();
-  without_number(1, 3) = nan;
-  for (const RigidTransform& bad : {RigidTransform(nullptr), twice, mirrored, RigidTransform(without_number)}) {
-    expect_refused("pose", Error::invalid_pose, false, [&](One& one) { one.T_cw = bad; });
-    expect_refused("pose on the body", Error::invalid_pose, false, [&](One& one) { one.camera.T_cb = bad; });
+  std::vector<RigidTransform> bad = {RigidTransform(nullptr), RigidTransform(Pose(-Pose::Identity()))};
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 4; ++column) {
+      Pose T = Pose::Identity();
+      T(row, column) += column < 3 ? 2e-3 : nan;
+      bad.emplace_back(T);
+    }
   }
+  for (const RigidTransform& T : bad) {
+    expect_refused("pose", Error::invalid_pose, false, [&](One& one) { one.T_cw = T; });
+    expect_refused("pose on the body", Error::invalid_pose, false, [&](One& one) { one.camera.T_cb = T; });
+  }
+  One one;
+  Pose of_float = Pose::Identity();
+  of_float(2, 2) += 4e-4;  // as poses of float32 are
+  one.T_cw = RigidTransform(of_float);
+  expect_weight(one, true);
 }
 
 TEST(Inputs, options_out_of_their_range_are_refused) {

@@ -38,6 +38,7 @@ FeatureFrame recordable_frame(Random& random, bool has_keyframes) {
   if (kind.depth_cue == DepthCue::none && random.chance(0.3)) kind.depth_cue = DepthCue::depth;
   FeatureFrame frame(random, 120, kind);
   frame.make_odd(random, 0.2);
+  for (double& entry : frame.covariances) entry = random.uniform(0, 1);
   for (FeatureMatch& match : frame.matches) {
     if (random.chance(0.7)) match.point_id = std::numeric_limits<std::int64_t>::max() - random.integer(0, 1000);
     if (has_keyframes && random.chance(0.7)) match.keyframe = random.integer(0, 1000);
