@@ -210,13 +210,21 @@ TEST(Inputs, a_match_with_an_unusable_point_or_noise_has_neither_a_block_nor_a_w
   valid.appended = 1;
   expect_report(One(), valid);
   expect_weight(One(), true);
-  expect_invalid("behind the camera", &BlockReport::behind_camera, [](One& one) { one.point[2] = -5; });
-  expect_invalid("in its plane", &BlockReport::behind_camera, [](One& one) { one.point[2] = 0; });
-  for (const double value : {nan, infinity}) {
-    for (int d = 0; d < 3; ++d) expect_invalid("point", no_count, [&](One& one) { one.point[d] = value; });
-  }
-  for (const double sigma : {0.0, -1.0, nan, infinity}) {
-    expect_invalid("sigma", no_count, [&](One& one) { one.sigma = sigma; });
+  for (const Weighting weighting : weightings) {
+    const auto expect = [&](const char* what, Count count, const Change& change) {
+      expect_invalid(what, count, [&](One& one) {
+        one.options.weighting = weighting;
+        change(one);
+      });
+    };
+    expect("behind the camera", &BlockReport::behind_camera, [](One& one) { one.point[2] = -5; });
+    expect("in its plane", &BlockReport::behind_camera, [](One& one) { one.point[2] = 0; });
+    for (const double value : {nan, infinity}) {
+      for (int d = 0; d < 3; ++d) expect("point", no_count, [&](One& one) { one.point[d] = value; });
+    }
+    for (const double sigma : {0.0, -1.0, nan, infinity}) {
+      expect("sigma", no_count, [&](One& one) { one.sigma = sigma; });
+    }
   }
   expect_invalid("variance of zero", &BlockReport::invalid_covariances, [](One& one) { one.sigma = 1e-200; });
   for (const Weighting weighting : {Weighting::measurement, Weighting::measurement_and_map}) {
