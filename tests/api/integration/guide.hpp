@@ -108,9 +108,8 @@ inline maxlogdet::Selection select_by_options(maxlogdet::GoodFeatures& good,
   return selection;
 }
 
-template <class Jacobians>
-maxlogdet::Selection select_rows(maxlogdet::BlockStore& blocks, maxlogdet::Selector& selector,
-                                 const Jacobians& jacobians) {
+inline maxlogdet::Selection select_rows(maxlogdet::BlockStore& blocks, maxlogdet::Selector& selector,
+                                        const std::vector<Eigen::Matrix<double, 2, 6>>& jacobians) {
 #include "own_jacobians.inc"
   return selection;
 }

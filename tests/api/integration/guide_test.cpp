@@ -1,15 +1,12 @@
 // SPDX-License-Identifier: MIT
-// The code of the guide that belongs to no tracker, run: poses, points, cameras and covariances, options, Jacobians,
-// weights, priors.
+// The code of the guide that belongs to no tracker, run: poses, points, cameras and covariances, options, weights,
+// priors.
 #include "tests/api/integration/guide.hpp"
 #include "tests/api/integration/adapter_world.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <numeric>
-#include <set>
-#include <thread>
 #include <vector>
 
 namespace maxlogdet::test {
@@ -158,19 +155,6 @@ TEST(OptionsGuide, groups_hold_and_the_budget_is_full_whatever_the_time) {
   for (const std::uint32_t i : selection) EXPECT_LE(++of_keyframe[keyframes[i]], 10);
 }
 
-TEST(OwnJacobiansGuide, eigen_blocks_are_selected_as_the_plain_ones) {
-  TracedRandom random;
-  std::vector<Eigen::Matrix<double, 2, 6>> jacobians;
-  BlockStore blocks(300), plain(300);
-  for (int i = 0; i < 300; ++i) {
-    const Block rows = random_block(random, 2, 1);
-    jacobians.emplace_back(rows);
-    plain.push_back(rows.data(), 2);
-  }
-  Selector selector(300), other(300);
-  EXPECT_EQ(indices_of(guide::select_rows(blocks, selector, jacobians)), indices_of(other.select(plain, 100)));
-}
-
 TEST(WeightingGuide, rows_that_are_weighed_have_the_information_of_the_blocks) {
   TracedRandom random;
   const PinholeCamera camera = {458, 457, 367, 248};
@@ -193,14 +177,6 @@ TEST(WeightingGuide, rows_that_are_weighed_have_the_information_of_the_blocks) {
   H = before;
   guide::weigh_rows(good, 1, 2, e, H);  // there is none
   EXPECT_LT(relative_difference(H, before / 2), 1e-12);
-}
-
-TEST(ThreadsGuide, each_thread_has_its_own_memory) {
-  const GoodFeatures* other = nullptr;
-  const GoodFeatures* const mine = &good_features_of_this_thread();
-  std::thread([&] { other = &good_features_of_this_thread(); }).join();
-  EXPECT_NE(other, mine);
-  EXPECT_EQ(mine, &good_features_of_this_thread());
 }
 
 // A prior is the information of xi in T_cw <- exp(xi^) T_cw, where `moved` moves the pose by the tracker's own numbers.
