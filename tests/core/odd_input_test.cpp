@@ -302,36 +302,30 @@ TEST(Camera, has_no_image_of_what_is_behind_or_folded_back) {
 }
 
 TEST(Inputs, what_is_nearer_than_min_depth_is_no_candidate) {
-  const double points[9] = {0, 0, 1e-9, 0.3, 0, 0.4, 0, 0, 2};  // |p| = 0.5, Z = 0.4 of the second
   const std::pair<Camera, bool> by_z[] = {{pinhole, true},
                                           {Camera::radial_tangential(pinhole, 0, 0, 0, 0), true},
                                           {Camera::kannala_brandt(pinhole, 0, 0, 0, 0), false},
                                           {Camera::double_sphere(pinhole, 0, 0), false}};
   for (const auto& [camera, is_by_z] : by_z) {
     for (const Weighting weighting : weightings) {
-      SCOPED_TRACE(std::string(to_string(camera.model)) + ", " + to_string(weighting));
-      Matches matches;
-      matches.size = 3;
-      matches.points = points;
-      BlockOptions options;
-      options.weighting = weighting;
-      const auto near = [&, camera = camera](double min_depth) {
-        options.min_depth = min_depth;
-        BlockStore blocks;
-        const Camera rig[2] = {camera, camera};
-        const BlockReport report = append_blocks(camera, identity_pose, matches, options, blocks);
-        EXPECT_EQ(report.error, Error::none);
-        EXPECT_EQ(report.invalid, report.too_near);
-        expect_same(append_blocks(rig, 2, identity_pose, matches, options, blocks), report);
-        return report.too_near;
-      };
-      EXPECT_EQ(near(BlockOptions().min_depth), 0U);
-      EXPECT_EQ(near(0.01), 1U);
-      const bool is_by_map_bias = weighting == Weighting::map_bias || weighting == Weighting::map_bias_world;
-      EXPECT_EQ(near(0.45), is_by_z || is_by_map_bias ? 2U : 1U);
-      EXPECT_EQ(near(0.6), 2U);
-      EXPECT_EQ(near(2), 2U);
-      EXPECT_EQ(near(2.1), 3U);
+      for (const Eigen::Vector3d& p :
+           {Eigen::Vector3d(0, 0, 1e-9), Eigen::Vector3d(0.3, 0, 0.4), Eigen::Vector3d(0, 0, 2)}) {
+        for (const double min_depth : {BlockOptions().min_depth, 0.01, 0.45, 0.6, 2.0, 2.1}) {
+          SCOPED_TRACE(std::string(to_string(camera.model)) + ", " + to_string(weighting) + ' ' +
+                       std::to_string(p.norm()) + " of " + std::to_string(min_depth));
+          One one;
+          one.camera = camera;
+          one.options.weighting = weighting;
+          one.options.depth_cue = DepthCue::none;
+          one.options.min_depth = min_depth;
+          std::copy_n(p.data(), 3, one.point);
+          const bool is_by_map_bias = weighting == Weighting::map_bias || weighting == Weighting::map_bias_world;
+          BlockReport expected;
+          expected.appended = 1;
+          expected.invalid = expected.too_near = (is_by_z || is_by_map_bias ? p.z() : p.norm()) < min_depth ? 1 : 0;
+          expect_report(one, expected);
+        }
+      }
     }
   }
 }
