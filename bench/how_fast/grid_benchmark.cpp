@@ -5,7 +5,7 @@
 #include "bench/how_fast/measure.hpp"
 #include "bench/world/names.hpp"
 #include "bench/world/problem.hpp"
-#include "tests/support/forced_isa.hpp"
+#include "tests/support/processor.hpp"
 
 #include <algorithm>
 #include <cstdio>

@@ -5,7 +5,7 @@
 #include "bench/how_fast/measure.hpp"
 #include "bench/how_fast/tracker_frames.hpp"
 #include "bench/world/se3.hpp"
-#include "tests/support/forced_isa.hpp"
+#include "tests/support/processor.hpp"
 
 #include <algorithm>
 #include <array>

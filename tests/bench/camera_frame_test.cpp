@@ -6,8 +6,8 @@
 #include "tests/bench/pose_oracle.hpp"
 #include "tests/bench/simulated_frames.hpp"
 #include "tests/support/camera_oracle.hpp"
-#include "tests/support/decompositions.hpp"
-#include "tests/support/traced_random.hpp"
+#include "tests/support/linear_algebra.hpp"
+#include "tests/support/support.hpp"
 
 #include <functional>
 

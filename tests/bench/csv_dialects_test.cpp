@@ -2,7 +2,7 @@
 // Frame files as pandas, R and spreadsheets write them.
 #include "bench/world/csv.hpp"
 #include "tests/bench/frame_files.hpp"
-#include "tests/support/traced_random.hpp"
+#include "tests/support/support.hpp"
 
 #include <algorithm>
 #include <cmath>

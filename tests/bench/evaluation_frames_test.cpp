@@ -5,8 +5,7 @@
 #include "bench/does_it_help/report.hpp"
 #include "tests/bench/precise_pose.hpp"
 #include "tests/bench/simulated_evaluation.hpp"
-#include "tests/support/numbers.hpp"
-#include "tests/support/traced_random.hpp"
+#include "tests/support/support.hpp"
 
 #include <set>
 

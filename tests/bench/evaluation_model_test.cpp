@@ -6,7 +6,7 @@
 #include "tests/bench/precise_pose.hpp"
 #include "tests/bench/simulated_evaluation.hpp"
 #include "tests/support/linear_algebra.hpp"
-#include "tests/support/traced_random.hpp"
+#include "tests/support/support.hpp"
 
 namespace maxlogdet::test {
 namespace {

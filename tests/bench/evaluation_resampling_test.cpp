@@ -2,7 +2,7 @@
 // Resamples and intervals of an evaluation.
 #include "bench/does_it_help/resampling.hpp"
 
-#include "tests/support/numbers.hpp"
+#include "tests/support/support.hpp"
 
 #include <algorithm>
 #include <cmath>

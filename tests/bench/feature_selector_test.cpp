@@ -4,7 +4,7 @@
 
 #include "tests/bench/selector_cases.hpp"
 #include "tests/support/linear_algebra.hpp"
-#include "tests/support/traced_random.hpp"
+#include "tests/support/support.hpp"
 
 #include <algorithm>
 #include <cmath>

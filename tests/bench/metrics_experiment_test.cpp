@@ -3,7 +3,6 @@
 
 #include "bench/does_the_paper_hold/greedy_metric.hpp"
 #include "bench/world/euroc_camera.hpp"
-#include "tests/support/decompositions.hpp"
 #include "tests/support/linear_algebra.hpp"
 #include "tests/support/oracle.hpp"
 

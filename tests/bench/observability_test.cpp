@@ -2,9 +2,8 @@
 #include "bench/does_the_paper_hold/observability.hpp"
 
 #include "bench/world/scene.hpp"
-#include "tests/support/decompositions.hpp"
 #include "tests/support/linear_algebra.hpp"
-#include "tests/support/traced_random.hpp"
+#include "tests/support/support.hpp"
 
 #include <algorithm>
 #include <cmath>

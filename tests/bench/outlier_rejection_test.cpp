@@ -7,7 +7,7 @@
 #include "tests/bench/pose_oracle.hpp"
 #include "tests/bench/simulated_frames.hpp"
 #include "tests/support/recording.hpp"
-#include "tests/support/traced_random.hpp"
+#include "tests/support/support.hpp"
 
 #include <array>
 #include <string>

@@ -7,7 +7,7 @@
 #include "bench/world/outlier_rejection.hpp"
 #include "tests/bench/pose_oracle.hpp"
 #include "tests/bench/simulated_frames.hpp"
-#include "tests/support/traced_random.hpp"
+#include "tests/support/support.hpp"
 
 namespace maxlogdet::test {
 namespace {

@@ -5,7 +5,7 @@
 #include "bench/world/projection.hpp"
 #include "tests/bench/noisy_frame.hpp"
 #include "tests/support/linear_algebra.hpp"
-#include "tests/support/numbers.hpp"
+#include "tests/support/support.hpp"
 
 #include <algorithm>
 #include <vector>

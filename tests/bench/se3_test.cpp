@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "bench/world/se3.hpp"
 #include "tests/support/random_isometry.hpp"
-#include "tests/support/traced_random.hpp"
+#include "tests/support/support.hpp"
 
 #include <Eigen/LU>
 #include <unsupported/Eigen/MatrixFunctions>

@@ -4,8 +4,7 @@
 #include "bench/does_the_paper_hold/estimate.hpp"
 #include "bench/world/draws.hpp"
 #include "bench/world/table.hpp"
-#include "tests/support/numbers.hpp"
-#include "tests/support/traced_random.hpp"
+#include "tests/support/support.hpp"
 
 #include <cmath>
 #include <cstdlib>

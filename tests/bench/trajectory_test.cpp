@@ -3,10 +3,9 @@
 
 #include "bench/world/angles.hpp"
 #include "tests/bench/flight.hpp"
-#include "tests/support/decompositions.hpp"
 #include "tests/support/linear_algebra.hpp"
+#include "tests/support/support.hpp"
 #include "tests/support/text_folder.hpp"
-#include "tests/support/traced_random.hpp"
 
 #include <Eigen/Geometry>
 #include <cmath>

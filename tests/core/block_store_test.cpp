@@ -5,12 +5,9 @@
 #include "bench/world/frame.hpp"
 #include "kernel/blocks/block_planes.hpp"
 #include "tests/core/feature_frame.hpp"
-#include "tests/support/answer.hpp"
 #include "tests/support/block_oracle.hpp"
-#include "tests/support/numbers.hpp"
 #include "tests/support/request.hpp"
-#include "tests/support/stores.hpp"
-#include "tests/support/sweeps.hpp"
+#include "tests/support/support.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -4,9 +4,8 @@
 // those of a pinhole, written down, or differences of the models in camera_oracle.hpp.
 #include "tests/support/block_oracle.hpp"
 #include "tests/support/camera_oracle.hpp"
-#include "tests/support/numbers.hpp"
 #include "tests/support/random_isometry.hpp"
-#include "tests/support/sweeps.hpp"
+#include "tests/support/support.hpp"
 
 #include <maxlogdet/match_information.hpp>
 #include <maxlogdet/point_covariance.hpp>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "tests/core/feature_frame.hpp"
 
-#include "tests/support/numbers.hpp"
+#include "tests/support/support.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -3,7 +3,7 @@
 
 #include "tests/support/camera_oracle.hpp"
 #include "tests/support/random_isometry.hpp"
-#include "tests/support/traced_random.hpp"
+#include "tests/support/support.hpp"
 
 #include <maxlogdet/good_features.hpp>
 

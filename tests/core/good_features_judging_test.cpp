@@ -2,9 +2,8 @@
 // What GoodFeatures says of matches and frames: chi2 of those that were not selected, against projections in long
 // double, the weight of each, and what is suspicious of a frame that is answered.
 #include "tests/core/alignment_scene.hpp"
-#include "tests/support/answer.hpp"
-#include "tests/support/numbers.hpp"
-#include "tests/support/sweeps.hpp"
+#include "tests/support/request.hpp"
+#include "tests/support/support.hpp"
 
 #include <maxlogdet/match_information.hpp>
 

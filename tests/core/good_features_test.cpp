@@ -2,10 +2,9 @@
 // GoodFeatures, which rejects nothing here, against append_blocks and a Selector on the same matches: one object over
 // frames of all kinds, some of whose matches are odd, and every error; and ImageCells against a division that sorts.
 #include "tests/core/feature_frame.hpp"
-#include "tests/support/answer.hpp"
-#include "tests/support/numbers.hpp"
 #include "tests/support/oracle.hpp"
-#include "tests/support/sweeps.hpp"
+#include "tests/support/request.hpp"
+#include "tests/support/support.hpp"
 
 #include <maxlogdet/image_cells.hpp>
 

@@ -2,17 +2,12 @@
 // Candidates and requests at and beyond the edges, by every strategy: a valid answer or a named error; and the limits
 // that docs/numerics.md lists, from both sides, against an oracle in long double: the scale of blocks, the condition of
 // information and priors, denormals, and the modes of the processor.
-#include "tests/support/answer.hpp"
-#include "tests/support/flushed_denormals.hpp"
 #include "tests/support/linear_algebra.hpp"
-#include "tests/support/numbers.hpp"
 #include "tests/support/oracle.hpp"
 #include "tests/support/pool_executor.hpp"
+#include "tests/support/processor.hpp"
 #include "tests/support/request.hpp"
-#include "tests/support/stores.hpp"
-#include "tests/support/sweeps.hpp"
-#include "tests/support/traced_random.hpp"
-#include "tests/support/triangle.hpp"
+#include "tests/support/support.hpp"
 
 #include <algorithm>
 #include <cfenv>

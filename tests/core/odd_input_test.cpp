@@ -3,8 +3,7 @@
 // the report says of them, and what is refused.
 #include "tests/support/block_oracle.hpp"
 #include "tests/support/camera_oracle.hpp"
-#include "tests/support/numbers.hpp"
-#include "tests/support/traced_random.hpp"
+#include "tests/support/support.hpp"
 
 #include <maxlogdet/match_information.hpp>
 #include <maxlogdet/point_covariance.hpp>

@@ -2,14 +2,11 @@
 // The prior that a selection starts from, against prior_oracle.hpp: those of estimators are in float32, semidefinite or
 // worse; and units. The default prior follows the units of blocks, and the unit of length changes lengths alone.
 #include "tests/core/alignment_scene.hpp"
-#include "tests/support/answer.hpp"
 #include "tests/support/linear_algebra.hpp"
-#include "tests/support/numbers.hpp"
 #include "tests/support/oracle.hpp"
 #include "tests/support/prior_oracle.hpp"
 #include "tests/support/request.hpp"
-#include "tests/support/stores.hpp"
-#include "tests/support/sweeps.hpp"
+#include "tests/support/support.hpp"
 
 #include <algorithm>
 #include <cmath>

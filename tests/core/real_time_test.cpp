@@ -1,19 +1,16 @@
 // SPDX-License-Identifier: MIT
-// select() allocates nothing and prints nothing; filling a store does not allocate within its capacity. This program
-// has its allocation functions replaced, so it is a program of its own.
+// select() and align() allocate nothing and print nothing, and neither does a store within its capacity; where there is
+// no memory, nothing is half made. This program has its allocation functions replaced, so it is a program of its own.
+#include "tests/core/feature_frame.hpp"
 #include "tests/support/allocation_counter.hpp"
 #include "tests/support/pool_executor.hpp"
 #include "tests/support/recording.hpp"
 #include "tests/support/request.hpp"
-#include "tests/support/traced_random.hpp"
 
-#include <fcntl.h>
 #include <pthread.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cstdio>
-#include <cstdlib>
 #include <filesystem>
 #include <iterator>
 #include <memory>
@@ -24,192 +21,48 @@
 namespace maxlogdet::test {
 namespace {
 
-// Everything `work` writes to stdout and stderr, in bytes.
-template <class Work>
-long bytes_written_in(const Work& work) {
-  std::fflush(nullptr);
-  char name[] = "/tmp/maxlogdet_output_XXXXXX";
-  const int file = mkstemp(name);
-  const int out = dup(1);
-  const int err = dup(2);
-  dup2(file, 1);
-  dup2(file, 2);
-  work();
-  std::fflush(nullptr);
-  dup2(out, 1);
-  dup2(err, 2);
-  const long size = lseek(file, 0, SEEK_END);
-  for (const int descriptor : {file, out, err}) close(descriptor);
-  unlink(name);
-  return size;
-}
-
-// Selects with every combination of errors; returns how many selections have an answer.
-int select_in_every_way(Selector& selector, const BlockStore& blocks, Options options) {
-  int answers = 0;
-  static const double zeros[36] = {};
-  for (const double epsilon : {0.1, -1.0}) {
-    for (const double limit : {0.0, 1e-5, -1.0}) {
-      for (const double* const prior : {static_cast<const double*>(nullptr), zeros}) {
-        options.stochastic.epsilon = epsilon;
-        options.time_limit = limit;
-        options.prior = prior;
-        options.target.efficiency = options.target.translation_sigma = options.target.rotation_sigma = 0;
-        if (selector.select(blocks, options).has_answer()) ++answers;
-        options.target.efficiency = options.target.translation_sigma = options.target.rotation_sigma = 0.5;
-        if (selector.select(blocks, options).has_answer()) ++answers;
-      }
-    }
-  }
-  return answers;
-}
-
-// With every strategy, and with budgets that have an answer and that have none.
-int select_in_every_way(Selector& selector, const BlockStore& blocks) {
-  int answers = 0;
-  for (const Strategy strategy : strategies) {
-    for (const std::size_t budget :
-         {std::size_t{0}, std::size_t{1}, std::size_t{100}, blocks.size(), blocks.size() + 1}) {
-      Options options = with_budget(budget, strategy);
-      options.certificate = true;
-      answers += select_in_every_way(selector, blocks, options);
-    }
-  }
-  return answers;
-}
-
-// Candidate i in group i mod count.
-std::vector<std::uint32_t> in_groups(std::size_t size, std::uint32_t count) {
-  std::vector<std::uint32_t> groups(size);
-  for (std::uint32_t i = 0; i < size; ++i) groups[i] = i % count;
-  return groups;
-}
-
 TEST(RealTime, the_counter_counts) {
   ASSERT_GE(allocations(), 0);
   EXPECT_EQ(allocations_in([] { ::operator delete(::operator new(3)); }), 1);
   EXPECT_GT(allocations_in([] { const BlockStore blocks(10); }), 0);
   EXPECT_GT(allocations_in([] { const Selector selector(10); }), 0);
-  EXPECT_EQ(bytes_written_in([] { std::fputs("four", stderr); }), 4);
+}
+
+// Any request, and any error.
+Options random_options(Random& random, const Problem& problem) {
+  static const double zeros[36] = {};
+  Options options = problem.options(strategies[random.index(std::size(strategies))]);
+  options.certificate = random.chance(0.5);
+  const double targets[] = {0, 0.5, -1};
+  options.target.efficiency = targets[random.index(random.chance(0.9) ? 2 : 3)];
+  options.target.translation_sigma = options.target.rotation_sigma = random.chance(0.5) ? 0.5 : 0;
+  const double limits[] = {0, 1e-5, 1e-9, -1};
+  options.time_limit = limits[random.index(random.chance(0.9) ? 3 : 4)];
+  if (random.chance(0.1)) options.stochastic.epsilon = -1;
+  if (random.chance(0.1)) options.prior = zeros;
+  if (random.chance(0.1)) options.groups.count = 1;
+  return options;
 }
 
 TEST(RealTime, select_allocates_nothing_and_prints_nothing) {
-  TracedRandom random;
-  BlockStore blocks = awkward_blocks(random, std::max<std::size_t>(200, trials(800)));
-  blocks.push_back_invalid();
-  Selector selector(blocks.size());
-  int answers = 0;
-  EXPECT_EQ(allocations_in([&] { answers = select_in_every_way(selector, blocks); }), 0);
-  EXPECT_GT(answers, 20);
-  EXPECT_EQ(bytes_written_in([&] { select_in_every_way(selector, blocks); }), 0);
-  static_assert(noexcept(selector.select(blocks, Options())), "select() throws nothing");
-}
-
-TEST(RealTime, constraints_allocate_nothing) {
-  TracedRandom random;
-  Problem problem = problem_of(awkward_blocks(random, 400), 100);
-  problem.required.resize(400);
-  problem.required[3] = 1;
-  problem.plain.groups.count = 20;
-  problem.plain.groups.maximum = 4;
-  problem.plain.certificate = true;
   Selector selector(400);
-  for (int round = 0; round < 2; ++round) {
-    for (const Strategy strategy : strategies) {
-      const Options options = problem.options(strategy);
-      EXPECT_EQ(allocations_in([&] { selector.select(problem.blocks, options); }), 0) << to_string(strategy);
-    }
-    problem.groups = in_groups(400, 20);
-  }
-}
-
-// A GoodFeatures, and frames of every kind for it.
-class Tracked {
- public:
-  // The first `size` matches of the frame, selected from and judged.
-  void use(std::size_t size, int kind) {
-    start(kind);
-    for (std::size_t i = 0; i < size; ++i) add(i, kind);
-    aligned += good_.align().is_aligned() ? 1 : 0;
-    if (good_.select(with_budget(100)).status == Status::ok) ++ok;
-    select_otherwise();
-    double weight[9];
-    for (std::size_t i = 0; i < good_.size(); ++i) {
-      weighted += match_information(good_, i, weight) && match_whitening(good_, i, weight) ? 1 : 0;
-    }
-    good_.is_weighted = kind == 2;
-    good_.spread = kind == 3 ? 0 : 1.5;  // of the next frame
-    good_.outliers(T_cw_);
-    efficiency(good_);
-    for (std::size_t i = 0; i < good_.size(); ++i) outliers += good_.is_outlier(i) ? 1 : 0;
-  }
-
-  std::size_t aligned = 0, ok = 0, late = 0, wrong = 0, outliers = 0, weighted = 0;
-
- private:
-  // At a deadline, with groups, certificates and targets, and after errors; then again as before.
-  void select_otherwise() {
-    Options options = with_budget(100);
-    options.time_limit = 1e-9;
-    late += good_.select(options).status == Status::deadline_reached ? 1 : 0;
-    options = with_budget(100);
-    options.groups.ids = groups_.data();
-    options.groups.count = 20;
-    options.certificate = true;
-    good_.select(options);
-    options.groups.count = 1;
-    wrong += good_.select(options).error == Error::invalid_groups ? 1 : 0;
-    options = with_budget(100);
-    options.target.efficiency = 0.5;
-    good_.select(options);
-    options.time_limit = -1;
-    wrong += good_.select(options).error == Error::invalid_time_limit ? 1 : 0;
-    good_.select(with_budget(100));
-  }
-
-  void start(int kind) {
-    if (kind == 3) {
-      good_.start(rig_, 2, T_cw_);
-    } else {
-      good_.start(frame_.camera, kind == 4 ? RigidTransform(nullptr) : T_cw_);
-    }
-  }
-
-  void add(std::size_t i, int kind) {
-    FeatureMatch match;
-    std::copy_n(frame_.matches[i].point, 3, match.point);
-    match.measured[0] = frame_.matches[i].u;
-    match.measured[1] = frame_.matches[i].v;
-    if (kind % 2 == 0 && frame_.matches[i].is_stereo()) match.u_right = frame_.matches[i].u_right;
-    if (kind == 1 && i % 2 == 1) match.covariance = covariance_;
-    match.camera_id = kind == 3 ? i % 2 : 0;
-    match.is_required = i == 7;
-    good_.add(match);
-  }
-
-  sim::Frame frame_ = make_scene(sim::Scene::euroc_like, 500, 1);
-  double covariance_[9] = {0.01, 0, 0, 0, 0.01, 0, 0, 0, 0.01};
-  RigidTransform T_cw_ = RigidTransform::row_major(frame_.T_cw_prior.data());
-  Camera rig_[2] = {frame_.camera, Camera::double_sphere(frame_.camera, 0.1, 0.5)};
-  std::vector<std::uint32_t> groups_ = in_groups(500, 20);
-  GoodFeatures good_{400};
-};
-
-// Frames of all kinds and sizes, some beyond the capacity.
-TEST(RealTime, good_features_allocates_nothing) {
-  Tracked tracked;
-  EXPECT_EQ(allocations_in([&] {
-              for (const std::size_t size : {400U, 50U, 500U, 300U}) {
-                for (int kind = 0; kind < 5; ++kind) tracked.use(size, kind);
-              }
-            }),
-            0);
-  EXPECT_EQ(tracked.ok, 12U);    // four kinds of three sizes
-  EXPECT_EQ(tracked.late, 16U);  // and of fewer matches than the budget
-  EXPECT_GE(tracked.wrong, 2 * 12U);
-  EXPECT_GE(tracked.aligned, 12U);
-  EXPECT_GT(tracked.outliers, 0U);
-  EXPECT_GT(tracked.weighted, 0U);
+  const BlockStore none;
+  static_assert(noexcept(selector.select(none, Options())), "select() throws nothing");
+  std::size_t answers = 0, errors = 0;
+  ::testing::internal::CaptureStdout();
+  ::testing::internal::CaptureStderr();
+  for_each_trial(1000, [&](Random& random) {
+    const Problem problem = any_problem(random, 400);
+    const Options options = random_options(random, problem);
+    EXPECT_EQ(allocations_in([&] {
+                const bool is_answered = selector.select(problem.blocks, options).has_answer();
+                (is_answered ? answers : errors) += 1;
+              }),
+              0);
+  });
+  EXPECT_EQ(::testing::internal::GetCapturedStdout() + ::testing::internal::GetCapturedStderr(), "");
+  EXPECT_GE(answers + errors, trials(1000));
+  EXPECT_GT(answers, trials(1000) > 20 ? errors / 4 : 0);
 }
 
 // With threads of a pool that does not allocate itself; what oneTBB allocates is not ours (docs/threading.md).
@@ -227,6 +80,39 @@ TEST(RealTime, several_threads_allocate_nothing) {
   };
   while (pool.helped() < 10) work();  // a thread's runtime may allocate when it first does something
   EXPECT_EQ(allocations_in(work), 0);
+}
+
+// Frames of all kinds and sizes, some beyond the capacity, from the first match to the outliers.
+TEST(RealTime, good_features_allocates_nothing) {
+  GoodFeatures good(300);
+  std::size_t aligned = 0, answers = 0, errors = 0, outliers = 0, weighted = 0;
+  for_frames_of_all_kinds(std::max<std::size_t>(20, trials(200)), 400, [&](Random& random, FeatureFrame frame) {
+    frame.rejects_outliers = random.chance(0.7);
+    frame.matches.resize(1 + random.index(400));
+    frame.matches.front().is_required = true;
+    good.is_weighted = random.chance(0.5);
+    good.spread = random.chance(0.5) ? 1.5 : 0;
+    std::vector<std::uint32_t> groups(400);
+    for (std::uint32_t& group : groups) group = static_cast<std::uint32_t>(random.index(20));
+    Problem problem = problem_of(BlockStore(), 100);
+    problem.plain.groups.count = 20;
+    if (random.chance(0.3)) problem.groups = groups;
+    const Options options[] = {with_budget(100), random_options(random, problem), with_budget(20)};
+    EXPECT_EQ(allocations_in([&] {
+                frame.gather(good);
+                aligned += good.align().is_aligned() ? 1 : 0;
+                for (const Options& asked : options) (good.select(asked).has_answer() ? answers : errors) += 1;
+                double weight[9];
+                for (std::size_t i = 0; i < good.size(); ++i) {
+                  weighted += match_information(good, i, weight) && match_whitening(good, i, weight) ? 1 : 0;
+                }
+                good.outliers(good.pose());
+                efficiency(good);
+                for (std::size_t i = 0; i < good.size(); ++i) outliers += good.is_outlier(i) ? 1 : 0;
+              }),
+              0);
+  });
+  for (const std::size_t count : {aligned, answers, errors, outliers, weighted}) EXPECT_GT(count, 0U);
 }
 
 // What a thread has to do.

@@ -3,8 +3,7 @@
 // a selection.
 #include "tests/support/recording.hpp"
 #include "tests/core/feature_frame.hpp"
-#include "tests/support/numbers.hpp"
-#include "tests/support/sweeps.hpp"
+#include "tests/support/support.hpp"
 
 #include <maxlogdet/frame_recorder.hpp>
 

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: MIT
 // Any number of threads, helpers that come late or never: the same answer; and thousands of selections by several
 // callers at once, which ThreadSanitizer watches.
-#include "tests/support/answer.hpp"
 #include "tests/support/pool_executor.hpp"
-#include "tests/support/stores.hpp"
-#include "tests/support/traced_random.hpp"
+#include "tests/support/request.hpp"
 #include "threading/team.hpp"
 
+#include <algorithm>
 #include <atomic>
+#include <chrono>
+#include <iterator>
 #include <limits>
 
 namespace maxlogdet::test {
@@ -32,8 +33,7 @@ class CallingThread : public Executor {
 struct Executors {
   CallingThread alone{1}, afterwards{std::numeric_limits<int>::max()}, idle{0};
   PoolExecutor one{1}, several{5};
-  PoolExecutor late{3, std::chrono::microseconds(300)};
-  Executor* all[6] = {&alone, &afterwards, &idle, &one, &several, &late};
+  Executor* all[5] = {&alone, &afterwards, &idle, &one, &several};
 };
 
 // Every element of [0, count) in one chunk.
@@ -116,103 +116,59 @@ TEST(Threads, are_chosen_by_strategy_and_number_of_candidates) {
   }
 }
 
-void expect_independent_of_threads(const BlockStore& blocks, Options options, Executor& executor,
-                                   std::initializer_list<int> numbers) {
-  const Answer expected = answer_to(blocks, options);
+void expect_independent_of_threads(const BlockStore& blocks, Executor& executor) {
   Selector helped(blocks.size(), &executor);
-  for (const int threads : numbers) {
-    options.threads = threads;
-    const Selection selection = helped.select(blocks, options);
-    EXPECT_EQ(Answer(selection), expected) << threads << " threads";
-    EXPECT_EQ(selection.evaluations, expected.evaluations);
-    EXPECT_LE(selection.threads, std::max(1, executor.concurrency()));
-  }
-}
-
-// Every strategy, on one thread and on several.
-void expect_independent_of_threads(const BlockStore& blocks, std::size_t budget, Executor& executor) {
   for (const Strategy strategy : strategies) {
-    Options options = with_budget(budget, strategy);
+    Options options = with_budget(30, strategy);
     options.certificate = true;
-    expect_independent_of_threads(blocks, options, executor, {0, 1, 2, 3, 4, 17});
+    const Answer expected = answer_to(blocks, options);
+    for (const int threads : {0, 1, 2, 3, 4, 17}) {
+      options.threads = threads;
+      const Selection selection = helped.select(blocks, options);
+      EXPECT_EQ(Answer(selection), expected) << threads << " threads";
+      EXPECT_EQ(selection.evaluations, expected.evaluations);
+      EXPECT_LE(selection.threads, std::max(1, executor.concurrency()));
+    }
   }
 }
 
-TEST(Threads, answers_do_not_depend_on_their_number) {
-  PoolExecutor pool(3);
-  for_every_family(2500, [&](const BlockStore& blocks) { expect_independent_of_threads(blocks, 30, pool); });
-}
-
-// Enough candidates for the evaluations of lazy rounds to be split as well.
-TEST(Threads, answers_do_not_depend_on_their_number_for_many_candidates) {
-  PoolExecutor pool(3);
-  for (const BlockKind& kind : {block_kinds[0], block_kinds[3], block_kinds[4]}) {
-    SCOPED_TRACE(kind.name);
-    const BlockStore blocks = blocks_of(make_scene(sim::Scene::clustered, 25000, 3), kind);
-    Options options = with_budget(60, Strategy::lazy_greedy);
-    options.certificate = true;
-    expect_independent_of_threads(blocks, options, pool, {0, 2, 3});
-  }
-}
-
-TEST(Threads, answers_do_not_depend_on_their_number_where_float64_decides) {
+// Also where float64 decides between near copies.
+TEST(Threads, answers_depend_neither_on_their_number_nor_on_which_helpers_come) {
   TracedRandom random;
-  PoolExecutor pool(2);
   const Block block = random_block(random, 2);
   const BlockStore near_copies =
       store_of(3000, [&](std::size_t) { return Block(block + 1e-8 * random_block(random, 2)); });
-  expect_independent_of_threads(near_copies, 20, pool);
-  expect_independent_of_threads(awkward_blocks(random, 3000), 20, pool);
-}
-
-TEST(Threads, answers_do_not_depend_on_which_helpers_come) {
-  const BlockStore blocks = blocks_of(make_scene(sim::Scene::kitti_like, 3000, 5), block_kinds[1]);
+  const BlockStore frame = blocks_of(make_scene(sim::Scene::kitti_like, 3000, 5), block_kinds[1]);
   Executors executors;
-  for (Executor* const executor : executors.all) expect_independent_of_threads(blocks, 40, *executor);
   CallingThread empty(1, -1);
-  expect_independent_of_threads(blocks, 40, empty);
+  for (const BlockStore* const blocks : {&near_copies, &frame}) {
+    for (Executor* const executor : executors.all) expect_independent_of_threads(*blocks, *executor);
+    expect_independent_of_threads(*blocks, empty);
+  }
 }
 
-// What is selected from, and every strategy's answer on one thread.
-class Stressed {
- public:
-  Stressed(std::size_t n, const BlockKind& kind, std::size_t budget)
-      : budget_(budget), blocks_(blocks_of(make_scene(sim::Scene::euroc_like, n, n), kind)) {
-    for (const Strategy strategy : strategies) expected_.push_back(select_indices(blocks_, options(strategy)));
-  }
-
-  Options options(Strategy strategy) const { return with_budget(budget_, strategy); }
-
-  // One selection, strategy and number of threads drawn; false if it is not the expected one.
-  bool holds(Selector& selector, Random& random) const {
-    const auto which = random.index(expected_.size());
-    Options wanted = options(strategies[which]);
-    wanted.threads = random.integer(0, 5);
-    wanted.certificate = random.chance(0.3);
-    const Selection selection = selector.select(blocks_, wanted);
-    return std::equal(selection.begin(), selection.end(), expected_[which].begin(), expected_[which].end());
-  }
-
- private:
-  std::size_t budget_;
-  BlockStore blocks_;
-  std::vector<std::vector<std::uint32_t>> expected_;
-};
-
-// Callers at once, each with selectors of its own; they share the problems and, if `shared`, the executor.
+// Callers at once, each with a selector of its own; they share the candidates and, if `shared`, the executor.
 void stress(int callers, int helpers, bool shared, std::size_t selections) {
-  const TracedRandom random;
-  const Stressed problems[] = {{60, block_kinds[0], 20}, {1100, block_kinds[0], 20}, {2600, block_kinds[1], 12}};
+  const BlockStore stores[] = {blocks_of(make_scene(sim::Scene::euroc_like, 60, 1), block_kinds[0]),
+                               blocks_of(make_scene(sim::Scene::euroc_like, 1100, 2), block_kinds[0]),
+                               blocks_of(make_scene(sim::Scene::euroc_like, 2600, 3), block_kinds[1])};
+  std::vector<std::vector<std::uint32_t>> expected;
+  for (const BlockStore& blocks : stores) {
+    for (const Strategy strategy : strategies) expected.push_back(select_indices(blocks, with_budget(15, strategy)));
+  }
   PoolExecutor pool(helpers);
   std::atomic<int> wrong{0};
   const auto call = [&](std::uint64_t caller) {
-    Random own("stress", caller);
+    Random random("stress", caller);
     PoolExecutor own_pool(shared ? 0 : helpers);
-    Executor& executor = shared ? pool : own_pool;
-    Selector selector(2600, &executor);
+    Selector selector(2600, shared ? &pool : &own_pool);
     for (std::size_t i = 0; i < trials(selections); ++i) {
-      const Stressed& problem = problems[own.index(3)];
-      if (!problem.holds(selector, own)) ++wrong;
+      const std::size_t which = random.index(expected.size());
+      Options options = with_budget(15, strategies[which % std::size(strategies)]);
+      options.threads = random.integer(0, 5);
+      options.certificate = random.chance(0.3);
+      const Selection selection = selector.select(stores[which / std::size(strategies)], options);
+      if (indices_of(selection) != expected[which]) ++wrong;
     }
   };
   std::vector<std::thread> threads;

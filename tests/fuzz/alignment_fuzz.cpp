@@ -2,8 +2,8 @@
 // Any matches of any cameras: what GoodFeatures promises of its alignment and of a selection after it, and the same
 // bits on every instruction set.
 #include "tests/fuzz/fuzz.hpp"
-#include "tests/support/answer.hpp"
-#include "tests/support/forced_isa.hpp"
+#include "tests/support/processor.hpp"
+#include "tests/support/request.hpp"
 
 #include <maxlogdet/good_features.hpp>
 

@@ -4,9 +4,9 @@
 #include "tests/fuzz/fuzz.hpp"
 #include "tests/fuzz/selector_oracle.hpp"
 #include "tests/fuzz/selector_problem.hpp"
-#include "tests/support/answer.hpp"
-#include "tests/support/forced_isa.hpp"
 #include "tests/support/pool_executor.hpp"
+#include "tests/support/processor.hpp"
+#include "tests/support/request.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -2,7 +2,6 @@
 #pragma once
 
 #include "kernel/blocks/block_planes.hpp"
-#include "tests/support/numbers.hpp"
 #include "tests/support/oracle.hpp"
 #include "tests/support/prior_oracle.hpp"
 #include "tests/support/support.hpp"

@@ -5,6 +5,7 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <Eigen/QR>
+#include <Eigen/SVD>
 
 #include <limits>
 
@@ -26,10 +27,6 @@ Eigen::MatrixXd cholesky(const Eigen::MatrixXd& s) {
 
 Eigen::MatrixXd solve_lower(const Eigen::MatrixXd& l, const Eigen::MatrixXd& b) {
   return l.triangularView<Eigen::Lower>().solve(b);
-}
-
-double squared_deviation(const Eigen::VectorXd& x, const Eigen::MatrixXd& s) {
-  return solve_lower(cholesky(s), x).squaredNorm();
 }
 
 double relative_difference(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) { return (a - b).norm() / b.norm(); }
@@ -54,6 +51,19 @@ WideMatrix wide_inverse(const WideMatrix& a) { return a.inverse(); }
 
 WideVector6 wide_eigenvalues(const WideMatrix6& s) {
   return Eigen::SelfAdjointEigenSolver<WideMatrix6>(s, Eigen::EigenvaluesOnly).eigenvalues();
+}
+
+Eigen::VectorXd solve_least_squares(const Eigen::MatrixXd& a, const Eigen::VectorXd& b) {
+  return a.colPivHouseholderQr().solve(b);
+}
+
+Eigen::VectorXd singular_values(const Eigen::MatrixXd& a) {
+  return Eigen::JacobiSVD<Eigen::MatrixXd>(a).singularValues();
+}
+
+Spectrum4 spectrum(const Eigen::Matrix4d& s) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d> solver(s);
+  return {solver.eigenvalues(), solver.eigenvectors()};
 }
 
 }  // namespace maxlogdet::test

@@ -33,9 +33,6 @@ Eigen::MatrixXd cholesky(const Eigen::MatrixXd& s);
 /// L^-1 B for a lower triangular L.
 Eigen::MatrixXd solve_lower(const Eigen::MatrixXd& l, const Eigen::MatrixXd& b);
 
-/// x^T S^-1 x for a symmetric positive definite S.
-double squared_deviation(const Eigen::VectorXd& x, const Eigen::MatrixXd& s);
-
 /// |A - B| / |B|, Frobenius.
 double relative_difference(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b);
 
@@ -49,6 +46,19 @@ double log_det(const Eigen::MatrixXd& s);
 /// The eigenvalues of a symmetric matrix in ascending order.
 Vector6 eigenvalues(const Matrix6& s);
 WideVector6 wide_eigenvalues(const WideMatrix6& s);
+
+/// The singular values in descending order.
+Eigen::VectorXd singular_values(const Eigen::MatrixXd& a);
+
+/// Eigenvalues of a symmetric matrix in ascending order, and their eigenvectors of length 1, as columns.
+struct Spectrum4 {
+  Eigen::Vector4d values;
+  Eigen::Matrix4d vectors;
+};
+Spectrum4 spectrum(const Eigen::Matrix4d& s);
+
+/// The x that minimises |A x - b| for an A of full column rank, by QR with pivoting.
+Eigen::VectorXd solve_least_squares(const Eigen::MatrixXd& a, const Eigen::VectorXd& b);
 
 /// The orthogonal Q of A = Q R P, all its columns: those of the range of A are the first.
 Eigen::MatrixXd orthogonal_factor(const Eigen::MatrixXd& a);

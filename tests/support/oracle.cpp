@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "tests/support/oracle.hpp"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 
@@ -34,11 +33,6 @@ Matrix6 default_information(const BlockStore& blocks) {
 }
 
 Matrix6 weak_information() { return weak_prior * Matrix6::Identity(); }
-
-WideSquare triangle_of(const WideRows& rows) {
-  const Eigen::HouseholderQR<WideRows> qr(rows);
-  return qr.matrixQR().topRows<state_dimension>().triangularView<Eigen::Upper>();
-}
 
 template <class Scalar>
 GreedyOracle<Scalar>::GreedyOracle(const BlockStore& blocks, const Matrix6& prior)
@@ -120,15 +114,6 @@ long double log_det_of(const BlockStore& blocks, const std::vector<std::uint32_t
   GreedyOracle<long double> oracle(blocks, prior);
   for (const std::uint32_t chosen : indices) oracle.take(chosen);
   return oracle.log_det();
-}
-
-void expect_consistent(const BlockStore& blocks, const Selection& selection, double tolerance, const Matrix6& prior) {
-  GreedyOracle<long double> oracle(blocks, prior);
-  for (std::size_t j = 0; j < selection.size; ++j) {
-    EXPECT_NEAR(selection.gains[j], static_cast<double>(oracle.gain(selection.indices[j])), tolerance);
-    oracle.take(selection.indices[j]);
-  }
-  EXPECT_NEAR(selection.log_det, static_cast<double>(oracle.log_det()), tolerance);
 }
 
 }  // namespace maxlogdet::test

@@ -3,7 +3,6 @@
 
 #include <maxlogdet/executor.hpp>
 
-#include <chrono>
 #include <condition_variable>
 #include <mutex>
 #include <thread>
@@ -15,8 +14,7 @@ namespace maxlogdet::test {
 /// works alone.
 class PoolExecutor final : public Executor {
  public:
-  /// `delay`: how long a helper waits before it starts to work.
-  explicit PoolExecutor(int helpers, std::chrono::microseconds delay = {}) : delay_(delay) {
+  explicit PoolExecutor(int helpers) {
     for (int i = 0; i < helpers; ++i) threads_.emplace_back([this] { serve(); });
   }
   ~PoolExecutor() override {
@@ -65,12 +63,6 @@ class PoolExecutor final : public Executor {
     for (;;) {
       something_new_.wait(lock, [this] { return ends_ || (body_ != nullptr && next_ < end_); });
       if (ends_) return;
-      if (delay_.count() > 0) {
-        lock.unlock();
-        std::this_thread::sleep_for(delay_);
-        lock.lock();
-        if (body_ == nullptr || next_ >= end_) continue;
-      }
       const Body body = body_;
       void* const context = context_;
       const int worker = next_++;
@@ -86,7 +78,6 @@ class PoolExecutor final : public Executor {
   mutable std::mutex mutex_;
   std::condition_variable something_new_;
   std::vector<std::thread> threads_;
-  std::chrono::microseconds delay_;
   Body body_ = nullptr;  // nullptr: there is no work
   void* context_ = nullptr;
   int next_ = 0;  // number of the next worker, and the end of these numbers

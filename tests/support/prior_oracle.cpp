@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "tests/support/prior_oracle.hpp"
 
-#include "tests/support/numbers.hpp"
 #include "tests/support/oracle.hpp"
+#include "tests/support/support.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -3,9 +3,10 @@
 
 #include "tests/support/oracle.hpp"
 #include "tests/support/prior_oracle.hpp"
-#include "tests/support/stores.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <iterator>
 #include <limits>
 #include <map>
 #include <utility>
@@ -18,7 +19,62 @@ const T* data_or_null(const std::vector<T>& values) {
   return values.empty() ? nullptr : values.data();
 }
 
+// Expects gains and log det of an answer to be those of its indices.
+void expect_consistent(const Problem& problem, const Selection& selection, double tolerance) {
+  GreedyOracle<long double> oracle(problem.blocks, problem.information());
+  for (std::size_t j = 0; j < selection.size; ++j) {
+    EXPECT_NEAR(selection.gains[j], static_cast<double>(oracle.gain(selection.indices[j])), tolerance);
+    oracle.take(selection.indices[j]);
+  }
+  EXPECT_NEAR(selection.log_det, static_cast<double>(oracle.log_det()), tolerance);
+}
+
 }  // namespace
+
+BlockStore random_store(Random& random, std::size_t n, double scale, int rows) {
+  return store_of(n, [&](std::size_t) { return random_block(random, rows > 0 ? rows : random.integer(1, 3), scale); });
+}
+
+BlockStore ill_conditioned_blocks(Random& random, std::size_t n) {
+  const double scale = std::pow(10.0, random.uniform(-3, 7));
+  const double spread = random.chance(0.3) ? 0 : std::pow(10.0, random.uniform(-12, 0));
+  const Block basis = random_block(random, random.integer(1, 5));
+  return store_of(n, [&](std::size_t) {
+    const int rows = random.integer(1, 3);
+    const Block mixture = random_block(random, rows, scale).leftCols(basis.rows()) * basis;
+    return Block(mixture + random_block(random, rows, scale * spread));
+  });
+}
+
+BlockStore scaled(Random& random, const BlockStore& blocks, double scale, double invalid_share) {
+  BlockStore made;
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
+    if (!blocks.is_valid(i) || random.chance(invalid_share)) {
+      made.push_back_invalid();
+    } else {
+      push_back(made, Block(stored_block(blocks, i) * scale));
+    }
+  }
+  return made;
+}
+
+BlockStore pushed(const BlockStore& blocks) {
+  Random none;
+  return scaled(none, blocks, 1);
+}
+
+BlockStore any_blocks(Random& random, std::size_t n) {
+  const int sort = random.integer(0, 5);
+  if (sort == 0) return awkward_blocks(random, n);
+  if (sort == 1) {  // each several times, in any order
+    const BlockStore different = awkward_blocks(random, 1 + n / 4);
+    return store_of(n, [&](std::size_t) { return stored_block(different, random.index(different.size())); });
+  }
+  const sim::Scene scene = sim::scenes[random.index(std::size(sim::scenes))];
+  const BlockKind& kind = block_kinds[random.index(std::size(block_kinds))];
+  const BlockStore blocks = blocks_of(make_scene(scene, n, random.seed()), kind);
+  return sort == 2 ? pushed(blocks) : blocks;
+}
 
 Options Request::options() const {
   Options options = plain;
@@ -60,47 +116,40 @@ Problem problem_of(BlockStore blocks, std::size_t budget) {
   return problem;
 }
 
-std::vector<unsigned char> random_flags(Random& random, std::size_t n, double share) {
-  std::vector<unsigned char> flags(n);
-  for (unsigned char& flag : flags)
-    flag = random.chance(share) ? static_cast<unsigned char>(random.integer(1, 255)) : 0;
-  return flags;
-}
-
-void constrain(Random& random, Problem& problem, bool has_groups) {
+void constrain(Random& random, Problem& problem, double share_with_groups) {
   const std::size_t n = problem.blocks.size();
+  const bool has_groups = random.chance(share_with_groups);
   const int count = has_groups ? random.integer(1, random.chance(0.2) ? 60 : 12) : 0;
   problem.plain.groups.count = static_cast<std::size_t>(count);
   problem.plain.groups.maximum = static_cast<std::size_t>(random.integer(0, random.chance(0.5) ? 5 : 20));
   for (std::size_t i = 0; i < n && has_groups; ++i) {
     problem.groups.push_back(static_cast<std::uint32_t>(random.integer(0, count - 1)));
   }
-  std::size_t required = 0;
   if (random.chance(0.5)) {
-    std::vector<unsigned char> flags = random_flags(random, n, 0.05);
+    problem.required.assign(n, 0);
     std::map<std::uint32_t, std::size_t> taken;
     for (std::size_t i = 0; i < n; ++i) {
-      if (flags[i] == 0) continue;
-      const std::uint32_t group = problem.group_of(i);
-      const bool is_possible = problem.is_free(i) && taken[group] < problem.room();
-      flags[i] = is_possible ? flags[i] : 0;
-      taken[group] += is_possible ? 1 : 0;
-      required += is_possible ? 1 : 0;
+      std::size_t& of_group = taken[problem.group_of(i)];
+      if (!random.chance(0.05) || !problem.is_free(i) || of_group >= problem.room()) continue;
+      problem.required[i] = static_cast<unsigned char>(random.integer(1, 255));
+      ++of_group;
     }
-    problem.required = flags;
   }
+  const std::size_t required = problem.required_count();
   problem.plain.budget = required + static_cast<std::size_t>(random.integer(0, static_cast<int>(n - required) + 3));
 }
 
-void constrain(Random& random, Problem& problem) { constrain(random, problem, random.chance(0.5)); }
-
-Problem any_problem(Random& random, std::size_t n) {
-  Problem problem = problem_of(any_blocks(random, n), 0);
+Problem any_problem(Random& random, std::size_t max_size) {
+  const BlockStore blocks = any_blocks(random, random.index(max_size + 1));
+  Problem problem = problem_of(random.chance(0.3) ? scaled(random, blocks, 1, 0.1) : blocks, 0);
   constrain(random, problem);
-  const double scales[] = {0, 1, 1e4};
-  const double scale = scales[random.integer(0, 2)];
-  if (scale > 0) problem.set_prior(scale * random_prior(random));
-  if (random.chance(0.25)) problem.set_prior(1e-6 * Matrix6::Identity());
+  const int prior = random.integer(0, 3);
+  if (prior > 0)
+    problem.set_prior(prior == 1 ? weak_information() : Matrix6(std::pow(1e4, prior - 2) * random_prior(random)));
+  problem.plain.stochastic.seed = random.seed();
+  if (problem.groups.empty() || random.chance(0.5)) return problem;
+  for (std::uint32_t& group : problem.groups) group = std::numeric_limits<std::uint32_t>::max() - 1000 * group;
+  problem.plain.groups.count = std::size_t{1} << 32U;
   return problem;
 }
 
@@ -126,7 +175,7 @@ void expect_sound(const Problem& problem, const Selection& selection, double tol
   EXPECT_TRUE(is_full || !is_more_possible || selection.status == Status::target_reached) << "more could be added";
   EXPECT_TRUE(is_full || selection.status != Status::ok || is_taken.empty());
   EXPECT_FALSE(is_more_possible && selection.status == Status::all_selected);
-  expect_consistent(problem.blocks, selection, tolerance, problem.information());
+  expect_consistent(problem, selection, tolerance);
   if (problem.plain.certificate) {
     EXPECT_GE(selection.upper_bound, selection.log_det);
   }

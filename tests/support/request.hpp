@@ -3,11 +3,51 @@
 
 #include "tests/support/support.hpp"
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <ostream>
+#include <string>
+#include <type_traits>
 #include <vector>
 
+// Stores of candidates of every sort, requests for some of them, and answers.
+
 namespace maxlogdet::test {
+
+/// The n blocks that make(i) returns.
+template <class Make>
+BlockStore store_of(std::size_t n, const Make& make) {
+  static_assert(std::is_same<decltype(make(n)), Block>::value, "an expression might refer to what is gone");
+  BlockStore blocks;
+  for (std::size_t i = 0; i < n; ++i) push_back(blocks, make(i));
+  return blocks;
+}
+
+inline BlockStore store_of(const std::vector<Block>& blocks) {
+  return store_of(blocks.size(), [&](std::size_t i) { return blocks[i]; });
+}
+
+inline BlockStore copies_of(const Block& block, std::size_t n) {
+  return store_of(n, [&](std::size_t) { return block; });
+}
+
+/// Blocks of `rows` rows, or of 1 to 3, with entries uniform in [-scale, scale].
+BlockStore random_store(Random& random, std::size_t n, double scale = 1, int rows = 0);
+
+/// Blocks of any size that leave directions unobserved or nearly so: the information has a condition number of up to
+/// 1e30, and its sum in float64 is singular, so that it is computed row by row.
+BlockStore ill_conditioned_blocks(Random& random, std::size_t n);
+
+/// The blocks times `scale`; a share of them becomes invalid.
+BlockStore scaled(Random& random, const BlockStore& blocks, double scale, double invalid_share = 0);
+
+/// The valid candidates of a store, by their rows alone: the new store does not know that append_blocks built them.
+/// Invalid ones are kept.
+BlockStore pushed(const BlockStore& blocks);
+
+/// Blocks of 2 rows, of 3 rows that append_blocks built, of 3 rows that were pushed, or of every sort.
+BlockStore any_blocks(Random& random, std::size_t n);
 
 /// Options with the arrays that they point to, each of which may be empty: then it is not given.
 struct Request {
@@ -44,18 +84,63 @@ struct Problem : Request {
 Problem problem_of(BlockStore blocks, std::size_t budget);
 
 /// Gives it any subset of the constraints, such that there is an answer, and any budget.
-void constrain(Random& random, Problem& problem, bool has_groups);
-void constrain(Random& random, Problem& problem);
+void constrain(Random& random, Problem& problem, double share_with_groups = 0.5);
 
-/// Any candidates, prior and constraints.
-Problem any_problem(Random& random, std::size_t n);
-
-/// A flag for each of n candidates, set for a share of them.
-std::vector<unsigned char> random_flags(Random& random, std::size_t n, double share);
+/// Up to `max_size` candidates, some of which may be invalid, with any prior and constraints. Groups may be numbered as
+/// objects or the cells of a fine grid are, beyond the selector's capacity.
+Problem any_problem(Random& random, std::size_t max_size);
 
 /// Expects what holds of any answer, whatever the strategy: distinct valid candidates, the required ones among them; as
 /// many as budget and groups allow, and no more; a status that fits; gains and log det as computed
 /// in long double, to `tolerance` nats; and no upper bound below log det.
 void expect_sound(const Problem& problem, const Selection& selection, double tolerance = 1e-7);
+
+/// What a selection says, kept beyond the next selection. Two are equal if all of it is, bit for bit, but for the
+/// costs, which may differ between instruction sets.
+struct Answer {
+  Answer(const Selection& selection)  // NOLINT(google-explicit-constructor): compared as if it were one
+      : reason(selection.reason()),
+        status(selection.status),
+        error(selection.error),
+        indices(indices_of(selection)),
+        searched(selection.searched),
+        evaluations(selection.evaluations),
+        float64_decisions(selection.float64_decisions),
+        gains(selection.gains, selection.gains + selection.size),
+        log_det(selection.log_det),
+        upper_bound(selection.upper_bound) {
+    for (std::size_t j = 0; j < selection.size; ++j) numbers.push_back(bits_of(selection.gains[j]));
+    for (const double number : {selection.log_det, selection.upper_bound, selection.efficiency,
+                                selection.translation_sigma, selection.rotation_sigma}) {
+      numbers.push_back(bits_of(number));
+    }
+  }
+
+  std::string reason;
+  Status status;
+  Error error;
+  std::vector<std::uint32_t> indices;
+  std::size_t searched, evaluations, float64_decisions;
+  std::vector<double> gains;
+  double log_det, upper_bound;
+  std::vector<std::uint64_t> numbers;  ///< the bits of gains, log det, upper bound and of what targets are about
+};
+
+/// By a selector of its own, of just enough capacity.
+inline Answer answer_to(const BlockStore& blocks, const Options& options, Executor* executor = nullptr) {
+  Selector selector(std::max(blocks.size(), options.budget), executor);
+  return selector.select(blocks, options);
+}
+
+inline bool operator==(const Answer& a, const Answer& b) {
+  return a.reason == b.reason && a.indices == b.indices && a.searched == b.searched && a.numbers == b.numbers;
+}
+
+inline void PrintTo(const Answer& answer, std::ostream* out) {
+  *out << answer.reason << ", of " << answer.searched << " searched:";
+  for (const std::uint32_t i : answer.indices) *out << ' ' << i;
+  *out << "; bits";
+  for (const std::uint64_t bits : answer.numbers) *out << ' ' << bits;
+}
 
 }  // namespace maxlogdet::test

@@ -6,7 +6,6 @@
 #include "bench/world/hash.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <cstdlib>
 
 namespace maxlogdet::test {
@@ -76,23 +75,6 @@ BlockStore awkward_blocks(Random& random, std::size_t n) {
     }
     push_back(blocks, block);
     made.push_back(block);
-  }
-  return blocks;
-}
-
-BlockStore near_copies(Random& random, double min_exponent, double max_exponent) {
-  const int rows = random.integer(1, 3);
-  const double scale = std::pow(10.0, random.uniform(min_exponent, max_exponent));
-  std::vector<Block> bases;
-  for (int i = random.integer(1, 6); i > 0; --i) bases.push_back(random_block(random, rows, scale));
-  BlockStore blocks;
-  for (int i = random.integer(17, 120); i > 0; --i) {
-    Block block = bases[random.index(bases.size())];
-    for (double& entry : block.reshaped()) {
-      if (!random.chance(1.0 / 6)) continue;
-      entry = static_cast<double>(std::nextafter(static_cast<float>(entry), random.chance(0.5) ? 1e30F : -1e30F));
-    }
-    push_back(blocks, block);
   }
   return blocks;
 }

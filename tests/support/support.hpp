@@ -6,6 +6,7 @@
 #include "kernel/base/counter_random.hpp"
 #include "simd/kernel.hpp"
 #include "tests/support/block_kinds.hpp"
+#include "tests/support/processor.hpp"
 
 #include <gtest/gtest.h>
 #include <maxlogdet/eigen.hpp>
@@ -13,7 +14,10 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <cstddef>
 #include <cstdint>
+#include <cstring>
+#include <limits>
 #include <ostream>
 #include <string>
 #include <vector>
@@ -27,6 +31,20 @@ inline void PrintTo(Status status, std::ostream* out) { *out << to_string(status
 }  // namespace maxlogdet
 
 namespace maxlogdet::test {
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+constexpr double infinity = std::numeric_limits<double>::infinity();
+constexpr double unit_roundoff = 0x1p-53;  // of float64
+
+/// 95 % of chi-squared with two and three degrees of freedom.
+constexpr double chi2_of_two = 5.991;
+constexpr double chi2_of_three = 7.815;
+
+inline std::uint64_t bits_of(double value) {
+  std::uint64_t bits = 0;
+  std::memcpy(&bits, &value, sizeof bits);
+  return bits;
+}
 
 /// Random numbers that are the same on every machine. The seed derives from the running test's own name, so that no two
 /// tests share data, and is printed when an assertion in the same scope fails:  Random random;
@@ -48,6 +66,15 @@ class Random {
   CounterRandom random_;
 };
 
+/// Random numbers of this test, whose seed every failure prints while they exist.
+class TracedRandom : public Random {
+ public:
+  using Random::Random;
+
+ private:
+  ::testing::ScopedTrace trace_{__FILE__, __LINE__, name()};
+};
+
 using Block = Eigen::Matrix<double, Eigen::Dynamic, state_dimension, Eigen::RowMajor>;
 using Matrix6 = Eigen::Matrix<double, state_dimension, state_dimension>;
 
@@ -66,10 +93,6 @@ Block rounded(Block block);
 /// n blocks of 1 to 3 rows; some duplicated, scaled, zero or nearly parallel to others.
 BlockStore awkward_blocks(Random& random, std::size_t n);
 
-/// 17 to 120 copies of a few blocks of scale 10^min_exponent to 10^max_exponent, some moved by one float32 ulp: they
-/// differ by as little as rounding.
-BlockStore near_copies(Random& random, double min_exponent, double max_exponent);
-
 Options with_budget(std::size_t budget, Strategy strategy = Options().strategy);
 
 /// The indices of an answer; empty for an error.
@@ -84,6 +107,39 @@ std::vector<const simd::Kernel*> supported_kernels();
 /// How many of `count` repetitions to run, at least one: all, or the share that the environment variable
 /// MAXLOGDET_TEST_SHARE names (0.1, say), for emulators and sanitizers.
 std::size_t trials(std::size_t count);
+
+/// Calls body(random) with trials(count) variations of the test's seed, under a trace that names it, until one fails.
+template <class Body>
+void for_each_trial(std::size_t count, const Body& body) {
+  for (std::uint64_t variation = 0; variation < trials(count); ++variation) {
+    TracedRandom random(variation);
+    body(random);
+    if (::testing::Test::HasFailure()) return;
+  }
+}
+
+/// As for_each_trial with blocks of every size from 10^first to 10^last: body(random, exponent).
+template <class Body>
+void for_each_exponent(int first, int last, const Body& body) {
+  for (int exponent = first; exponent <= last; ++exponent) {
+    Random random(static_cast<std::uint64_t>(exponent - first));
+    SCOPED_TRACE(random.name() + ", 1e" + std::to_string(exponent));
+    body(random, exponent);
+    if (::testing::Test::HasFailure()) return;
+  }
+}
+
+/// Expects function() to return the same on every instruction set, and returns it.
+template <class Function>
+auto same_on_every_isa(const Function& function) {
+  const ForcedIsa forced(sim::supported_isas().front().c_str());
+  const auto expected = function();
+  for (const std::string& isa : sim::supported_isas()) {
+    const ForcedIsa each(isa.c_str());
+    EXPECT_EQ(function(), expected) << isa;
+  }
+  return expected;
+}
 
 /// Folder of real data, or an empty string; environment MAXLOGDET_DATA overrides the default place.
 std::string data_folder();
@@ -112,16 +168,6 @@ void for_every_family(std::size_t n, const Body& body) {
       SCOPED_TRACE(frame.name + " " + kind.name);
       body(blocks_of(frame, kind));
     }
-  }
-}
-
-/// Calls body(blocks) with n candidates of every scene and kind of block, always the same: recorded answers are about
-/// these.
-template <class Body>
-void for_every_recorded(std::size_t n, const Body& body) {
-  constexpr std::uint64_t seed = 7;
-  for (const sim::Scene scene : sim::scenes) {
-    for (const BlockKind& kind : block_kinds) body(blocks_of(make_scene(scene, n, seed), kind));
   }
 }
 

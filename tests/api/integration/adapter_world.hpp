@@ -3,9 +3,8 @@
 
 #include "bench/world/se3.hpp"
 #include "tests/support/linear_algebra.hpp"
-#include "tests/support/numbers.hpp"
 #include "tests/support/random_isometry.hpp"
-#include "tests/support/traced_random.hpp"
+#include "tests/support/support.hpp"
 
 #include <gtest/gtest.h>
 #include <maxlogdet/adapters/hook.hpp>

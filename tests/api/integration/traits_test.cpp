@@ -2,7 +2,7 @@
 // Poses and points of Eigen, Sophus and OpenCV, as PoseTraits and PointTraits read them, and what must not compile.
 // Those of a tracker of its own: guide_test.cpp.
 #include "tests/support/random_isometry.hpp"
-#include "tests/support/traced_random.hpp"
+#include "tests/support/support.hpp"
 
 #include <maxlogdet/block_store.hpp>
 #include <maxlogdet/camera.hpp>

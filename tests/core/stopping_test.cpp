@@ -1,0 +1,346 @@
+// SPDX-License-Identifier: MIT
+// When a selection stops before its budget is reached: at a target, after the shortest prefix that meets it, against an
+// oracle in long double; and in time, with a full answer nevertheless. See also Degenerate.deadline_fills_the_budget
+// and Strategies.keep_to_constraints_also_without_time.
+#include "tests/core/factors.hpp"
+#include "tests/support/oracle.hpp"
+#include "tests/support/request.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <string>
+#include <vector>
+
+namespace maxlogdet::test {
+namespace {
+
+// What an information has reached.
+struct Reached {
+  long double efficiency;
+  long double translation_sigma, rotation_sigma;
+};
+
+// An answer without targets, and what its prefixes have reached, the empty one included.
+class Prefixes {
+ public:
+  Prefixes(Selector& selector, const Problem& problem) {
+    Problem without = problem;
+    without.plain.target = TargetOptions();
+    indices = indices_of(selector.select(problem.blocks, without.options()));
+    GreedyOracle<long double> all(problem.blocks, problem.information());  // groups do not restrict it
+    for (std::size_t i = 0; i < problem.blocks.size(); ++i) {
+      if (problem.blocks.is_valid(i)) all.take(i);
+    }
+    log_det_of_all_ = all.log_det();
+    GreedyOracle<long double> oracle(problem.blocks, problem.information());
+    reached.push_back(reached_by(oracle));
+    for (const std::uint32_t i : indices) {
+      oracle.take(i);
+      reached.push_back(reached_by(oracle));
+    }
+  }
+
+  // Of some prefix or nearly so, or far from all: one to three targets.
+  TargetOptions draw_targets(Random& random) const {
+    const auto one_of = [&] {
+      const Reached& some = reached[random.index(reached.size())];
+      const auto off =
+          static_cast<long double>(random.chance(0.1) ? random.uniform(0.5, 2) : random.uniform(0.98, 1.02));
+      const auto below_one = static_cast<long double>(random.uniform(0.5, 0.99));
+      const long double share = some.efficiency * off;
+      return Reached{share < 1 ? share : below_one, some.translation_sigma * off, some.rotation_sigma * off};
+    };
+    const int which = random.integer(1, 7);
+    TargetOptions target;
+    if ((which & 1) != 0) target.efficiency = static_cast<double>(one_of().efficiency);
+    if ((which & 2) != 0) target.translation_sigma = static_cast<double>(one_of().translation_sigma);
+    if ((which & 4) != 0) target.rotation_sigma = static_cast<double>(one_of().rotation_sigma);
+    return target;
+  }
+
+  std::vector<std::uint32_t> indices;
+  std::vector<Reached> reached;
+
+ private:
+  Reached reached_by(const GreedyOracle<long double>& oracle) const {
+    const auto inverse = oracle.inverse_factor();  // M^-1 = inverse inverse^T
+    return {std::exp((oracle.log_det() - log_det_of_all_) / 6), inverse.topRows<3>().norm(),
+            inverse.bottomRows<3>().norm()};
+  }
+
+  long double log_det_of_all_ = 0;
+};
+
+// At least 1 where all targets are met.
+long double slack(const Reached& reached, const TargetOptions& target) {
+  long double slack = infinity;
+  if (target.efficiency > 0) slack = std::min(slack, reached.efficiency / target.efficiency);
+  if (target.translation_sigma > 0) slack = std::min(slack, target.translation_sigma / reached.translation_sigma);
+  if (target.rotation_sigma > 0) slack = std::min(slack, target.rotation_sigma / reached.rotation_sigma);
+  return slack;
+}
+
+// Nothing is reported that no target is about.
+void expect_reported(double reported, double target, long double expected, long double tolerance) {
+  if (target > 0) {
+    EXPECT_NEAR(reported, static_cast<double>(expected), static_cast<double>(expected * tolerance));
+  } else {
+    EXPECT_TRUE(std::isnan(reported)) << reported;
+  }
+}
+
+// Selections that had to be the shortest prefix that meets their targets, and to report what it reached. Within a
+// tolerance, relative, of a target either decision is right.
+class Targets {
+ public:
+  void expect_shortest(Selector& selector, const Problem& problem, const Prefixes& prefixes, long double tolerance) {
+    const TargetOptions& target = problem.plain.target;
+    SCOPED_TRACE(std::string(to_string(problem.plain.strategy)) + ", budget " + std::to_string(problem.plain.budget) +
+                 ", targets " + std::to_string(target.efficiency) + " " + std::to_string(target.translation_sigma) +
+                 " " + std::to_string(target.rotation_sigma));
+    const Selection selection = selector.select(problem.blocks, problem.options());
+    ASSERT_TRUE(selection.has_answer()) << selection.reason();
+    const std::size_t size = selection.size, required = problem.required_count();
+    ASSERT_LE(size, prefixes.indices.size());
+    EXPECT_TRUE(std::equal(selection.begin(), selection.end(), prefixes.indices.begin()));
+    EXPECT_GE(size, required);
+    const Reached& end = prefixes.reached[size];
+    const long double at_end = slack(end, target);
+    bool is_tie = std::abs(at_end - 1) <= tolerance;
+    for (std::size_t j = required; j < size; ++j) {
+      const long double before = slack(prefixes.reached[j], target);
+      is_tie = is_tie || std::abs(before - 1) <= tolerance;
+      EXPECT_LT(before, 1 + tolerance) << j << " met the targets already";
+    }
+    if (selection.status == Status::target_reached) {
+      EXPECT_GE(at_end, 1 - tolerance);
+    } else {
+      EXPECT_LT(at_end, 1 + tolerance);
+      EXPECT_EQ(size, prefixes.indices.size());
+    }
+    const long double of_report = std::max(tolerance, 1e-9L);
+    expect_reported(selection.efficiency, target.efficiency, end.efficiency, of_report);
+    expect_reported(selection.translation_sigma, target.translation_sigma, end.translation_sigma, of_report);
+    expect_reported(selection.rotation_sigma, target.rotation_sigma, end.rotation_sigma, of_report);
+    ++selections_;
+    cut_ += size < prefixes.indices.size() ? 1 : 0;
+    ties_ += is_tie ? 1 : 0;
+  }
+
+  void expect_drawn_hold(Random& random, Problem problem, long double tolerance, int repetitions) {
+    Selector selector(problem.capacity());
+    const Prefixes prefixes(selector, problem);
+    for (int repetition = 0; repetition < repetitions; ++repetition) {
+      problem.plain.target = prefixes.draw_targets(random);
+      ASSERT_NO_FATAL_FAILURE(expect_shortest(selector, problem, prefixes, tolerance));
+    }
+  }
+
+  // A third of them were cut and at most `tie_share` were ties, if there were many.
+  void expect_conclusive(double tie_share = 0.01) const {
+    std::printf("%d selections, %d of them shorter than the budget, %d too near to a target to tell\n", selections_,
+                cut_, ties_);
+    if (selections_ < 50) return;  // a share of the trials
+    EXPECT_GT(3 * cut_, selections_);
+    EXPECT_LE(ties_, tie_share * selections_);
+  }
+
+ private:
+  int selections_ = 0, cut_ = 0, ties_ = 0;
+};
+
+TEST(Target, stops_at_the_shortest_prefix_that_meets_it) {
+  Targets targets;
+  TracedRandom random;
+  for_every_family(
+      2000, [&](const BlockStore& blocks) { targets.expect_drawn_hold(random, problem_of(blocks, 100), 1e-11L, 8); });
+  for_each_trial(400, [&](Random& of_trial) {
+    Problem problem = any_problem(of_trial, 120);
+    for (const Strategy strategy : strategies) {
+      problem.plain.strategy = strategy;
+      targets.expect_drawn_hold(of_trial, problem, 1e-9L, 2);
+    }
+  });
+  targets.expect_conclusive();
+}
+
+// Within a hundredth of what is proved of the factors of the answer and of all candidates, a worst case which no draw
+// here comes near.
+TEST(Target, is_right_well_within_the_proven_error_of_the_factor_on_ill_conditioned_information) {
+  Targets targets;
+  for_each_trial(300, [&](Random& random) {
+    const Problem problem = problem_of(ill_conditioned_blocks(random, random.chance(0.1) ? 2000 : 60), 40);
+    InformationFactor all = factor_of(problem.information());
+    for (std::size_t i = 0; i < problem.blocks.size(); ++i) add(all, stored_block(problem.blocks, i));
+    const auto proved = static_cast<long double>(2 * all.relative_error() + large_error);
+    targets.expect_drawn_hold(random, problem, proved / 100, 5);
+  });
+  targets.expect_conclusive(0.1);
+}
+
+// A direction that a single block observes, so weakly that a sum keeps no digits of it: the efficiency is right
+// nevertheless.
+TEST(Target, needs_no_digits_of_a_sum) {
+  TracedRandom random;
+  const BlockStore blocks = store_of(501, [&](std::size_t i) {
+    Block block = random_block(random, i == 500 ? 1 : 2, 1e5);  // 1e10 in a sum of 1e12, against 1e-5 of the prior
+    if (i == 500) block.setZero();
+    block.col(5).setConstant(i == 500 ? 1e-2 : 0);  // ten times the prior
+    return block;
+  });
+  Problem problem = problem_of(blocks, 501);
+  problem.set_prior(weak_information());
+  Selector selector(501);
+  const Prefixes prefixes(selector, problem);
+  Targets targets;
+  for (const double share : {0.1, 0.3, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.99}) {
+    problem.plain.target.efficiency = share;
+    targets.expect_shortest(selector, problem, prefixes, 1e-7L);
+  }
+}
+
+// Rows of one entry each, in turn along every axis.
+Problem rows_along_axes(double entry, double prior) {
+  Problem problem = problem_of(store_of(60,
+                                        [&](std::size_t i) {
+                                          Block block = Block::Zero(1, 6);
+                                          block(0, static_cast<int>(i % 6)) = entry;
+                                          return block;
+                                        }),
+                               60);
+  problem.set_prior(prior * Matrix6::Identity());
+  return problem;
+}
+
+// Information from the smallest to the largest that float64 holds, and blocks of the size of the prior or as large as
+// there are: products of their entries would leave the range, and efficiencies begin at 1e-97.
+TEST(Target, needs_no_number_beyond_the_range_of_float64) {
+  for (const double scale : {1e-20, 1e-10, 1.0, 1e10, 1e100, 1e200, 1e300, 1.7e308}) {
+    for (const double entry : {std::min(3e38, std::sqrt(scale)), 3e38}) {
+      TracedRandom random;
+      SCOPED_TRACE(std::to_string(scale) + ", blocks of " + std::to_string(entry));
+      Targets().expect_drawn_hold(random, rows_along_axes(entry, scale), 1e-9L, 40);
+    }
+  }
+}
+
+TEST(Target, at_its_ends_is_met_at_once_by_the_last_candidate_or_never) {
+  Selector selector(60);
+  for (const std::size_t budget : {0U, 59U, 60U}) {
+    Problem problem = rows_along_axes(1, 1);
+    problem.plain.budget = budget;
+    const Prefixes prefixes(selector, problem);
+    Targets targets;
+    for (const double share : {5e-324, 1 - 1e-9}) {
+      problem.plain.target.efficiency = share;
+      targets.expect_shortest(selector, problem, prefixes, 1e-12L);
+    }
+    problem.plain.target.efficiency = 0;
+    for (const double sigma : {5e-324, 1e-308, 1e-3, 1.8, 1e308}) {  // the prior has 1.732
+      problem.plain.target.translation_sigma = problem.plain.target.rotation_sigma = sigma;
+      targets.expect_shortest(selector, problem, prefixes, 1e-12L);
+    }
+  }
+}
+
+TEST(Target, of_all_is_met_when_all_are_selected_or_rounding_is_all_that_is_missing) {
+  Selector selector(100);
+  for_every_family(100, [&](const BlockStore& blocks) {
+    Options options = with_budget(blocks.size());
+    options.target.efficiency = 1;
+    const Selection selection = selector.select(blocks, options);
+    EXPECT_TRUE(selection.status == Status::target_reached || selection.status == Status::all_selected);
+    EXPECT_NEAR(selection.efficiency, 1, 1e-9);
+    EXPECT_EQ(selector.select(BlockStore(), options).status, Status::target_reached) << "of no candidates";
+  });
+}
+
+TEST(Target, that_is_invalid_is_named) {
+  const Problem problem = rows_along_axes(1, 1);
+  Selector selector(60);
+  for (double TargetOptions::*const target :
+       {&TargetOptions::efficiency, &TargetOptions::translation_sigma, &TargetOptions::rotation_sigma}) {
+    for (const double bad : {-1e-300, -1.0, nan, infinity, -infinity, std::nextafter(1.0, 2.0), -0.0}) {
+      const bool is_deviation = bad > 1 && bad < infinity && target != &TargetOptions::efficiency;
+      const bool is_valid = is_deviation || bad == 0;
+      Options options = problem.options();
+      options.target.*target = bad;
+      const Selection selection = selector.select(problem.blocks, options);
+      EXPECT_EQ(selection.error, is_valid ? Error::none : Error::invalid_target) << bad;
+      EXPECT_TRUE(bad != 0 || selection.size == 60) << "no target";
+      if (is_valid) continue;
+      EXPECT_EQ(selection.size, 0U);
+      for (const double number :
+           {selection.log_det, selection.efficiency, selection.translation_sigma, selection.rotation_sigma}) {
+        EXPECT_TRUE(std::isnan(number)) << number;
+      }
+    }
+  }
+}
+
+// As if the deadline had passed after some candidates were searched: they are required.
+TEST(Deadline, after_any_time_the_answer_is_nearly_as_good_as_without_a_limit) {
+  for_every_family(1000, [&](const BlockStore& blocks) {
+    Problem problem = problem_of(blocks, 100);
+    Selector selector(1000);
+    const Answer full = selector.select(blocks, problem.options());
+    problem.plain.time_limit = 1e-9;
+    for (const std::size_t searched : {0U, 1U, 3U, 10U, 50U, 99U}) {
+      problem.required.assign(1000, 0);
+      for (std::size_t j = 0; j < searched; ++j) problem.required[full.indices[j]] = 1;
+      for (const Strategy strategy : strategies) {
+        SCOPED_TRACE(std::string(to_string(strategy)) + " after " + std::to_string(searched));
+        const Selection selection = selector.select(blocks, problem.options(strategy));
+        EXPECT_EQ(selection.status, Status::deadline_reached);
+        EXPECT_EQ(selection.searched, searched);
+        EXPECT_EQ(selection.size, 100U);
+        EXPECT_GE(selection.log_det, full.log_det - 4);
+      }
+    }
+  });
+}
+
+// A few equal blocks hold most of the information: they must not take the whole budget.
+TEST(Deadline, copies_do_not_crowd_out_the_rest) {
+  TracedRandom random;
+  const Block strong = random_block(random, 2, 100);
+  Problem problem =
+      problem_of(store_of(300, [&](std::size_t i) { return i % 3 == 0 ? strong : random_block(random, 2); }), 50);
+  const double greedy = answer_to(problem.blocks, problem.options()).log_det;
+  problem.plain.time_limit = 1e-9;
+  EXPECT_GE(answer_to(problem.blocks, problem.options()).log_det, greedy - 1);
+}
+
+TEST(Deadline, comes_after_a_target) {
+  const BlockStore blocks = blocks_of(make_scene(sim::Scene::euroc_like, 1000, 4), block_kinds[3]);
+  Selector selector(1000);
+  Options options = with_budget(300);
+  options.time_limit = 1e-9;
+  options.target.rotation_sigma = 1e9;
+  EXPECT_EQ(selector.select(blocks, options).status, Status::target_reached) << "there is nothing to do";
+  options.target.rotation_sigma = 0;
+  options.target.efficiency = 0.3;
+  const Selection selection = selector.select(blocks, options);
+  EXPECT_EQ(selection.status, Status::target_reached) << "it ends the filling";
+  EXPECT_EQ(selection.searched, 0U);
+  EXPECT_GT(selection.size, 0U);
+  EXPECT_LT(selection.size, 300U);
+  EXPECT_GE(selection.efficiency, 0.3);
+  options.budget = selection.size - 1;
+  EXPECT_EQ(selector.select(blocks, options).status, Status::deadline_reached);
+}
+
+// Where no information can be expected that float64 could factorise, gains at that so far have to do.
+TEST(Deadline, fills_also_where_candidates_observe_nothing_or_one_direction) {
+  for (const double scale : {0.0, 1e-30, 1.0, 1e18}) {
+    SCOPED_TRACE(scale);
+    Problem problem = problem_of(copies_of(scale * Block::Ones(1, state_dimension), 40), 10);
+    problem.plain.time_limit = 1e-9;
+    Selector selector(40);
+    expect_sound(problem, selector.select(problem.blocks, problem.options()), infinity);
+  }
+}
+
+}  // namespace
+}  // namespace maxlogdet::test
