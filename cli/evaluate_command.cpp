@@ -3,11 +3,9 @@
 #include "bench/does_it_help/report.hpp"
 #include "bench/world/command_line.hpp"
 #include "bench/world/frame_reader.hpp"
-#include "bench/world/input_error.hpp"
-#include "bench/world/json_file.hpp"
 #include "bench/world/names.hpp"
 #include "bench/world/output_file.hpp"
-#include "bench/world/text.hpp"
+#include "bench/world/text_file.hpp"
 #include "cli/commands.hpp"
 
 #include <algorithm>
@@ -138,8 +136,8 @@ void run(const EvaluateArguments& arguments) {
   options.weighting = weighs_map ? Weighting::measurement_and_map : Weighting::measurement;
   const sim::Evaluation evaluation = sim::evaluate(recordings, options, arguments.threads);
   const nlohmann::ordered_json json = to_json(evaluation);
-  if (!arguments.output.empty()) sim::write_json(arguments.output + "/evaluation.json", json, 1);
-  std::cout << (arguments.as_json ? sim::to_text(json) + '\n' : to_text(evaluation));
+  if (!arguments.output.empty()) sim::write_file(arguments.output + "/evaluation.json", sim::to_text(json, 1));
+  std::cout << (arguments.as_json ? sim::to_text(json) : to_text(evaluation));
 }
 
 }  // namespace

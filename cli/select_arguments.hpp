@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "bench/world/image_grid.hpp"
+#include "bench/world/frame.hpp"
 
 #include <maxlogdet/maxlogdet.hpp>
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "bench/world/executor.hpp"
 #include "bench/world/frame_reader.hpp"
-#include "bench/world/json_file.hpp"
 #include "bench/world/latency.hpp"
 #include "bench/world/output_file.hpp"
 #include "bench/world/scene.hpp"
@@ -137,7 +136,7 @@ class SelectCommand {
     timing.select =
         sim::measure_latency(frame.name + ", select", repeat, [&] { selection = selector_.select(blocks_, options_); });
     if (!arguments_.plot_data.empty()) {  // first: if it fails, nothing is printed of the frame
-      sim::write_json(plot_data_of(frame), selection_data(frame, {selection.begin(), selection.end()}));
+      sim::write_file(plot_data_of(frame), sim::to_text(selection_data(frame, {selection.begin(), selection.end()})));
     }
     print(frame, selection, timing);
   }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "cli/select_output.hpp"
 
-#include "bench/world/json_file.hpp"
 #include "bench/world/names.hpp"
+#include "bench/world/output_file.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -77,7 +77,7 @@ void print_json(const sim::Frame& frame, const SelectArguments& arguments, const
   line["repeat"] = arguments.repeat;
   line["isa"] = active_isa();
   line["version"] = version();
-  std::cout << sim::to_text(line) << std::endl;
+  std::cout << sim::to_text(line) << std::flush;
 }
 
 void print_table_header(const SelectArguments& arguments) {

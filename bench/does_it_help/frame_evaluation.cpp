@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "bench/does_it_help/frame_evaluation.hpp"
 
+#include "bench/world/feature_selector.hpp"
 #include "bench/world/hash.hpp"
-#include "bench/world/outlier_rejection.hpp"
-#include "bench/world/statistics.hpp"
+#include "bench/world/projection.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -26,6 +26,8 @@ constexpr double least_noise = 1e-8;  // residuals are rounding errors
 constexpr std::size_t min_inliers = 10;
 constexpr double spread = 1.5;  // as docs/guide.md recommends
 
+using Indices = std::vector<std::uint32_t>;
+
 Pose to_pose(const RigidTransform& T) {
   std::array<double, 12> rows{};
   std::copy_n(T.data(), rows.size(), rows.begin());
@@ -47,7 +49,11 @@ class FrameEvaluator {
         ungated_(frame.matches.size()) {
     pose_.max_iterations = 20;
     pose_.stereo = frame.camera.depth_cue() != DepthCue::none;
-    whiten_matches();
+    if (weighs_map()) {
+      whitenings_ = whitenings_of(frame, start_, true, options.map_sigma);
+    } else {
+      for (const Match& match : frame.matches) whitenings_.push_back(measurement_whitening(frame.camera, match));
+    }
     for (GoodFeatures* const good : {&gated_, &ungated_}) add_matches(*good);
     ungated_.rejects_outliers = false;
     gated_.align();
@@ -78,16 +84,6 @@ class FrameEvaluator {
  private:
   bool weighs_map() const { return options_.weighting == Weighting::measurement_and_map; }
 
-  void whiten_matches() {
-    if (weighs_map()) {
-      const double* const covariances = frame_.map_covariances.empty() ? nullptr : frame_.map_covariances[0].data();
-      whiten(frame_.camera, start_, frame_.matches, true, covariances, options_.map_sigma, whitenings_);
-      of_optimizer_ = whitenings_;
-    } else {  // the optimiser is faster without
-      for (const Match& match : frame_.matches) whitenings_.push_back(measurement_whitening(frame_.camera, match));
-    }
-  }
-
   // As a tracker does it.
   void add_matches(GoodFeatures& good) const {
     good.block_options.weighting = options_.weighting;
@@ -105,9 +101,8 @@ class FrameEvaluator {
   }
 
   bool find_pose_of_all() {
-    inliers_.resize(frame_.matches.size());
-    std::iota(inliers_.begin(), inliers_.end(), 0U);
-    const std::vector<std::uint32_t> matches = inliers_;
+    Indices matches(frame_.matches.size());
+    std::iota(matches.begin(), matches.end(), 0U);
     noise_ = first_noise;
     for (int pass = 0; pass < 3; ++pass) {
       RejectionOptions rejection;
@@ -115,14 +110,14 @@ class FrameEvaluator {
       rejection.chi2_stereo = of_three.limit * noise_;
       rejection.stereo = pose_.stereo;
       const Rejection rejected =
-          reject_outliers(frame_.camera, frame_.matches, matches, start_, rejection, of_optimizer_);
+          reject_outliers(frame_.camera, frame_.matches, matches, start_, rejection, whitenings_);
       inliers_ = rejected.inliers;
       if (!rejected.estimate.is_usable() || inliers_.size() < min_inliers) return false;
       noise_ = std::max(noise_at(rejected.estimate.T_cw), least_noise);
     }
     pose_.huber_monocular = std::sqrt(of_two.huber * noise_);
     pose_.huber_stereo = std::sqrt(of_three.huber * noise_);
-    all_ = optimize_pose(frame_.camera, frame_.matches, inliers_, start_, pose_, of_optimizer_);
+    all_ = optimize_pose(frame_.camera, frame_.matches, inliers_, start_, pose_, whitenings_);
     covariance_ = all_.covariance();
     return all_.is_usable() && covariance_.allFinite();
   }
@@ -132,70 +127,69 @@ class FrameEvaluator {
     std::vector<double> ratios;
     for (std::size_t i = 0; i < frame_.matches.size(); ++i) {
       const Match& match = frame_.matches[i];
-      const Whitening* const whitening = of_optimizer_.empty() ? nullptr : &of_optimizer_[i];
       const Chi2& of = pose_.stereo && match.has_depth_cue() ? of_three : of_two;
-      ratios.push_back(chi2(frame_.camera, T_cw, match, pose_.stereo, whitening) / of.median);
+      ratios.push_back(chi2(frame_.camera, T_cw, match, pose_.stereo, &whitenings_[i]) / of.median);
     }
     return quantile_of(std::move(ratios), 0.5);
   }
 
-  std::vector<std::uint32_t> candidates_of(const Contestant& contestant) const {
+  Indices candidates_of(const Contestant& contestant) const {
     const GoodFeatures& good = contestant.is_gated ? gated_ : ungated_;
-    std::vector<std::uint32_t> candidates;
+    Indices candidates;
     for (std::uint32_t i = 0; i < frame_.matches.size(); ++i) {
-      if (contestant.is_own ? frame_.matches[i].is_selected : good.is_inlier(i)) candidates.push_back(i);
+      if (contestant.choice == Choice::own ? frame_.matches[i].is_selected : good.is_inlier(i)) candidates.push_back(i);
     }
     return candidates;
   }
 
   // In the order of selection, if the contestant has one.
-  std::vector<std::uint32_t> select(const Contestant& contestant, const std::vector<std::uint32_t>& candidates,
-                                    std::size_t budget, std::size_t repetition) {
+  Indices select(const Contestant& contestant, const Indices& candidates, std::size_t budget, std::size_t repetition) {
     if (!contestant.has_budget()) return candidates;
-    if (contestant.kind == SelectorKind::md || contestant.kind == SelectorKind::md_spread) {
-      GoodFeatures& good = contestant.is_gated ? gated_ : ungated_;
-      good.spread = contestant.kind == SelectorKind::md_spread ? spread : 0;
-      const Selection selection = good.select(budget);
-      return {selection.begin(), selection.end()};
+    if (contestant.is_random()) {
+      SelectorSettings settings;
+      settings.kind = contestant.choice == Choice::random ? SelectorKind::random : SelectorKind::bucket;
+      settings.budget = budget;
+      Hash seed;
+      for (const std::uint64_t word : {options_.seed, std::uint64_t{number_}, std::uint64_t{repetition}})
+        seed.add(word);
+      settings.seed = seed.value();
+      return FeatureSelector(settings).select(frame_, candidates);
     }
-    SelectorSettings settings;
-    settings.kind = contestant.kind;
-    settings.budget = budget;
-    Hash seed;
-    for (const std::uint64_t word : {options_.seed, std::uint64_t{number_}, std::uint64_t{repetition}}) seed.add(word);
-    settings.seed = seed.value();
-    return FeatureSelector(settings).select(frame_, candidates);
+    GoodFeatures& good = contestant.is_gated ? gated_ : ungated_;
+    good.spread = contestant.choice == Choice::md_spread ? spread : 0;
+    const Selection selection = good.select(budget);
+    return {selection.begin(), selection.end()};
   }
 
   // A budget that takes all inliers leaves nothing to choose, and is left out.
   void add_repetition(const Contestant& contestant, const std::vector<std::size_t>& budgets, std::size_t repetition,
                       std::vector<Deviations>& deviations) {
-    const std::vector<std::uint32_t> candidates = candidates_of(contestant);
-    std::vector<std::uint32_t> nested;
+    const Indices candidates = candidates_of(contestant);
+    Indices nested;
     if (contestant.is_nested() && !candidates.empty()) {
       nested = select(contestant, candidates, std::min(budgets.back(), candidates.size() - 1), repetition);
     }
     for (std::size_t b = 0; b < budgets.size() && budgets[b] < inliers_.size(); ++b) {
       const bool is_begun = contestant.is_nested() && budgets[b] <= nested.size();
-      deviations[b].push_back(deviation_of(
-          contestant, is_begun ? std::vector<std::uint32_t>(nested.begin(),
-                                                            nested.begin() + static_cast<std::ptrdiff_t>(budgets[b]))
-                               : select(contestant, candidates, budgets[b], repetition)));
+      const auto end = nested.begin() + static_cast<std::ptrdiff_t>(is_begun ? budgets[b] : 0);
+      deviations[b].push_back(deviation_of(contestant, is_begun
+                                                           ? Indices(nested.begin(), end)
+                                                           : select(contestant, candidates, budgets[b], repetition)));
     }
   }
 
-  Deviation deviation_of(const Contestant& contestant, const std::vector<std::uint32_t>& selected) const {
+  Deviation deviation_of(const Contestant& contestant, const Indices& selected) const {
     Deviation deviation;
     deviation.selected = selected.size();
     for (const std::uint32_t i : selected) {
       deviation.wrong += std::binary_search(inliers_.begin(), inliers_.end(), i) ? 0 : 1;
     }
-    const Pose start = contestant.is_gated && !contestant.is_own ? to_pose(gated_.pose()) : start_;
-    if (contestant.kind == SelectorKind::all && !contestant.is_own) {  // the aligned pose itself
+    const Pose start = contestant.is_gated ? to_pose(gated_.pose()) : start_;
+    if (contestant.choice == Choice::all) {  // the aligned pose itself
       deviation.xi = log_se3(start * all_.T_cw.inverse());
       return deviation;
     }
-    const PoseEstimate estimate = optimize_pose(frame_.camera, frame_.matches, selected, start, pose_, of_optimizer_);
+    const PoseEstimate estimate = optimize_pose(frame_.camera, frame_.matches, selected, start, pose_, whitenings_);
     deviation.predicted = traces_of(estimate.covariance() - covariance_);
     deviation.xi = log_se3(estimate.T_cw * all_.T_cw.inverse());
     if (!estimate.is_usable() || !deviation.predicted.allFinite()) {
@@ -211,13 +205,39 @@ class FrameEvaluator {
   Pose start_;
   GoodFeatures gated_, ungated_;
   PoseOptions pose_;
-  std::vector<Whitening> whitenings_;    // of all matches
-  std::vector<Whitening> of_optimizer_;  // the same, or none: by the measurements' noise
-  std::vector<std::uint32_t> inliers_;   // ascending
-  double noise_ = 1;                     // robust variance of the residuals over the modelled one
+  std::vector<Whitening> whitenings_;  // of all matches
+  Indices inliers_;                    // ascending
+  double noise_ = 1;                   // robust variance of the residuals over the modelled one
   PoseEstimate all_;
   Matrix6 covariance_;  // of the pose of all
 };
+
+// A match at the pose of all inliers.
+struct WhitenedResidual {
+  std::uint32_t cell;
+  int rows;
+  Eigen::Vector3d r;
+  Eigen::Matrix<double, 3, 6> H;
+  double leverage;
+};
+
+PairSums pair_sums(std::vector<WhitenedResidual> residuals, const Matrix6& covariance) {
+  std::stable_sort(residuals.begin(), residuals.end(), [](const auto& a, const auto& b) { return a.cell < b.cell; });
+  PairSums sums;
+  for (std::size_t i = 0; i < residuals.size(); ++i) {
+    const Eigen::Vector2d r = residuals[i].r.head<2>();
+    const Eigen::Matrix<double, 2, 6> HC = residuals[i].H.topRows<2>() * covariance;
+    sums.squares += r.squaredNorm();
+    sums.fitted_self += HC.cwiseProduct(residuals[i].H.topRows<2>()).sum();
+    ++sums.matches;
+    for (std::size_t j = i + 1; j < residuals.size() && residuals[j].cell == residuals[i].cell; ++j) {
+      sums.products += r.dot(residuals[j].r.head<2>());
+      sums.fitted += HC.cwiseProduct(residuals[j].H.topRows<2>()).sum();
+      ++sums.pairs;
+    }
+  }
+  return sums;
+}
 
 }  // namespace
 
@@ -229,8 +249,55 @@ std::vector<std::size_t> budgets_of(const Contestant& contestant, const Evaluati
   return budgets;
 }
 
+void FrameNoise::add(double weight, const FrameNoise& other) {
+  for (std::size_t d = 0; d < leverage_classes; ++d) {
+    chi2[d] += weight * other.chi2[d];
+    freedom[d] += weight * other.freedom[d];
+  }
+  for (double PairSums::*const sum : {&PairSums::products, &PairSums::fitted, &PairSums::pairs, &PairSums::squares,
+                                      &PairSums::fitted_self, &PairSums::matches}) {
+    pairs.*sum += weight * other.pairs.*sum;
+  }
+}
+
+FrameNoise noise_of(const Frame& frame, const PoseEstimate& all, const Indices& inliers,
+                    const std::vector<Whitening>& whitenings) {
+  const Matrix6 covariance = all.covariance();
+  std::vector<WhitenedResidual> residuals;
+  for (const std::uint32_t i : inliers) {
+    const Match& match = frame.matches[i];
+    LinearizedMatch at;
+    if (!linearize(frame.camera, all.T_cw, match, frame.camera.depth_cue() != DepthCue::none, at)) continue;
+    const auto cell =
+        noise_grid.cell_of(frame, match) + static_cast<std::uint32_t>(noise_grid.cells()) * match.camera_id;
+    WhitenedResidual one{cell, at.rows, whitenings[i] * at.residual, whitenings[i] * at.H_x, 0};
+    one.leverage = (one.H * covariance * one.H.transpose()).trace();
+    if (one.r.allFinite() && one.H.allFinite()) residuals.push_back(one);
+  }
+  FrameNoise noise;
+  noise.pairs = pair_sums(residuals, covariance);
+  std::stable_sort(residuals.begin(), residuals.end(),
+                   [](const auto& a, const auto& b) { return a.leverage < b.leverage; });
+  for (std::size_t i = 0; i < residuals.size(); ++i) {
+    const std::size_t decile = leverage_classes * i / residuals.size();
+    noise.chi2[decile] += residuals[i].r.squaredNorm();
+    noise.freedom[decile] += residuals[i].rows - residuals[i].leverage;
+  }
+  return noise;
+}
+
 FrameEvaluation evaluate_frame(const Frame& frame, std::size_t number, const EvaluationOptions& options) {
   return FrameEvaluator(frame, number, options).run();
+}
+
+double quantile_of(std::vector<double> values, double q) {
+  std::sort(values.begin(), values.end());
+  const double at = q * static_cast<double>(values.size() - 1);
+  const auto below = static_cast<std::size_t>(at);
+  const std::size_t above = std::min(below + 1, values.size() - 1);
+  const double share = at - static_cast<double>(below);
+  if (share == 0 || values[below] == values[above]) return values[below];  // also of infinite ones
+  return values[below] + share * (values[above] - values[below]);
 }
 
 }  // namespace maxlogdet::sim

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "bench/does_it_help/report.hpp"
 
-#include "bench/does_it_help/verdict.hpp"
 #include "bench/world/table.hpp"
 
 #include <algorithm>
@@ -17,7 +16,7 @@ constexpr double hundred = 100;  // percent
 constexpr double milli = 1e3;
 constexpr const char* parts[] = {"translation", "rotation"};
 
-nlohmann::ordered_json to_json(const Estimate& estimate, double unit) {
+nlohmann::ordered_json to_json(const Statistic& estimate, double unit) {
   return {
       {"value", unit * estimate.value}, {"low", unit * estimate.interval.low}, {"high", unit * estimate.interval.high}};
 }
@@ -41,7 +40,7 @@ nlohmann::ordered_json to_json(const EvaluationRow& from) {
 }
 
 // "12 (9 to 15)", and below ten with one decimal.
-std::string percent(const Estimate& share) {
+std::string percent(const Statistic& share) {
   if (std::isnan(share.value)) return "";
   const auto number = [](double value) { return fixed(hundred * value, std::abs(value) < 0.0995 ? 1 : 0); };
   return number(share.value) + " (" + number(share.interval.low) + " to " + number(share.interval.high) + ")";
@@ -74,8 +73,8 @@ std::string table_text(const Evaluation& evaluation, const std::string& title, c
 std::string noise_text(const Evaluation& evaluation) {
   std::string text =
       "\nChi-squared by leverage, lowest to highest tenth of the matches (1: noise as large as modelled):\n ";
-  for (const Estimate& chi2 : evaluation.chi2_by_leverage) text += " " + fixed(chi2.value, 2);
-  const Estimate& correlation = evaluation.cell_correlation;
+  for (const Statistic& chi2 : evaluation.chi2_by_leverage) text += " " + fixed(chi2.value, 2);
+  const Statistic& correlation = evaluation.cell_correlation;
   return text + "\nCorrelation of residuals of neighbours, in a cell of 8 x 6 (0: independent errors): " +
          fixed(correlation.value, 3) + " (" + fixed(correlation.interval.low, 3) + " to " +
          fixed(correlation.interval.high, 3) + ")\n";
@@ -107,7 +106,7 @@ nlohmann::ordered_json to_json(const Evaluation& evaluation) {
                                  {"shares_errors", verdict.shares_errors},
                                  {"chi2", evaluation.chi2}};
   json["chi2_by_leverage"] = nlohmann::ordered_json::array();
-  for (const Estimate& chi2 : evaluation.chi2_by_leverage) json["chi2_by_leverage"].push_back(to_json(chi2, 1));
+  for (const Statistic& chi2 : evaluation.chi2_by_leverage) json["chi2_by_leverage"].push_back(to_json(chi2, 1));
   json["cell_correlation"] = to_json(evaluation.cell_correlation, 1);
   json["selectors"] = nlohmann::ordered_json::array();
   for (const EvaluationRow& row : evaluation.rows) json["selectors"].push_back(to_json(row));

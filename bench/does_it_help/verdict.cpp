@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "bench/does_it_help/verdict.hpp"
+#include "bench/does_it_help/report.hpp"
 
 #include "bench/world/names.hpp"
 #include "bench/world/table.hpp"
@@ -24,7 +24,7 @@ std::string count(double matches) { return std::to_string(std::lround(matches));
 
 // "12 %", or with an interval "12 % (9 to 15)".
 std::string percent(double share) { return fixed(100 * share, share < 0.095 ? 1 : 0) + " %"; }
-std::string percent(const Estimate& share) {
+std::string percent(const Statistic& share) {
   const auto bound = [](double value) { return fixed(100 * value, value < 0.095 ? 1 : 0); };
   return percent(share.value) + " (" + bound(share.interval.low) + " to " + bound(share.interval.high) + ")";
 }
@@ -49,7 +49,7 @@ class Judge {
   explicit Judge(const Evaluation& evaluation) : evaluation_(evaluation) {}
 
   Verdict run() {
-    const Estimate& correlation = evaluation_.cell_correlation;
+    const Statistic& correlation = evaluation_.cell_correlation;
     verdict_.has_noise = evaluation_.median_chi2 >= least_chi2;
     verdict_.shares_errors =
         verdict_.has_noise && correlation.value > shared_from && correlation.interval.low > shared_from / 2;
@@ -177,7 +177,7 @@ class Judge {
     } else {
       verdict_.advice.emplace_back("Record more frames.");
     }
-    const Estimate& highest = evaluation_.chi2_by_leverage.back();
+    const Statistic& highest = evaluation_.chi2_by_leverage.back();
     if (highest.interval.low > rising_from * evaluation_.chi2) {
       verdict_.advice.push_back("The most informative tenth of the matches is noisier than its sigmas say: its " +
                                 ("chi-squared is " + fixed(highest.value, 2)) + ", and that of all " +

@@ -2,7 +2,7 @@
 #include "bench/does_the_paper_hold/tracking.hpp"
 
 #include "bench/world/hash.hpp"
-#include "bench/world/outlier_rejection.hpp"
+#include "bench/world/pose_optimizer.hpp"
 
 #include <chrono>
 #include <numeric>

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "bench/world/input_error.hpp"
 #include "bench/world/names.hpp"
-#include "bench/world/text.hpp"
+#include "bench/world/text_file.hpp"
 
 #include <CLI/CLI.hpp>
 #include <charconv>

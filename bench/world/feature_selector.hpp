@@ -3,7 +3,6 @@
 
 #include "bench/world/draws.hpp"
 #include "bench/world/frame.hpp"
-#include "bench/world/image_grid.hpp"
 
 #include <maxlogdet/maxlogdet.hpp>
 
@@ -24,7 +23,6 @@ enum class SelectorKind {
   random,         ///< uniformly at random
   inl,            ///< all inliers of an explicit outlier rejection
   all,            ///< all matches, without rejection beforehand: the tracker without selection
-  md_spread,      ///< md with GoodFeatures::spread, for matches that share errors: GoodFeatures
 };
 
 /// The selectors of section V, and those that they are compared with.
@@ -34,10 +32,10 @@ constexpr SelectorKind selector_kinds[] = {SelectorKind::quality, SelectorKind::
 
 const char* to_string(SelectorKind kind);
 
-/// Returns whether the selector selects up to a budget among the inliers; the others use all.
-bool has_budget(SelectorKind kind);
 /// Returns whether outliers are rejected before.
-bool rejects_outliers(SelectorKind kind);
+inline bool rejects_outliers(SelectorKind kind) { return kind != SelectorKind::all; }
+/// Returns whether the selector selects up to a budget among the inliers; the others use all.
+inline bool has_budget(SelectorKind kind) { return rejects_outliers(kind) && kind != SelectorKind::inl; }
 
 struct SelectorSettings {
   SelectorKind kind = SelectorKind::md;
@@ -64,16 +62,13 @@ class FeatureSelector {
  private:
   using Indices = std::vector<std::uint32_t>;
 
-  Indices best_by_quality(const Frame& frame, std::size_t count, Indices candidates) const;
   Indices spread_over_cells(const Frame& frame, const Indices& candidates);
-  void build_blocks(const Frame& frame, const Indices& candidates);
-  Indices search();
+  Indices search(const Frame& frame, const Indices& candidates);
 
   SelectorSettings settings_;
   Draws draws_;
   Selector selector_;
   BlockStore blocks_;
-  MatchArrays arrays_;
 };
 
 }  // namespace maxlogdet::sim

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "bench/world/frame.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace maxlogdet::sim {
@@ -35,33 +36,31 @@ std::array<double, 3> in_camera(const Frame& frame, const Match& match) {
   return of_camera;
 }
 
+std::uint32_t ImageGrid::cell_of(const Frame& frame, const Match& match) const {
+  const auto part = [](double pixel, double size, int parts) {
+    const double position = pixel / (size > 0 ? size : 1) * parts;
+    return position > 0 ? static_cast<int>(std::min<double>(position, parts - 1)) : 0;
+  };
+  return static_cast<std::uint32_t>(columns * part(match.v - frame.top, frame.height, rows) +
+                                    part(match.u - frame.left, frame.width, columns));
+}
+
+MatchArrays::MatchArrays(const Frame& frame) {
+  for (std::size_t i = 0; i < frame.matches.size(); ++i) add(frame, i);
+}
+
 MatchArrays::MatchArrays(const Frame& frame, const std::vector<std::uint32_t>& subset) {
   for (const std::uint32_t i : subset) add(frame, i);
 }
 
-void MatchArrays::assign(const Frame& frame) {
-  clear();
-  for (std::size_t i = 0; i < frame.matches.size(); ++i) add(frame, i);
-}
-
-void MatchArrays::clear() {
-  points_.clear();
-  sigmas_.clear();
-  map_covariances_.clear();
-  has_depth_cue_.clear();
-  camera_ids_.clear();
-}
-
 void MatchArrays::add(const Frame& frame, std::size_t i) {
-  add(frame.matches[i], frame.map_covariances.empty() ? nullptr : frame.map_covariances[i].data());
-  if (!frame.camera.rig.empty()) camera_ids_.push_back(frame.matches[i].camera_id);
-}
-
-void MatchArrays::add(const Match& match, const double* map_covariance) {
+  const Match& match = frame.matches[i];
   points_.insert(points_.end(), match.point, match.point + 3);
   sigmas_.push_back(1 / std::sqrt(match.inv_sigma2));
   has_depth_cue_.push_back(match.has_depth_cue() ? 1 : 0);
-  if (map_covariance != nullptr) map_covariances_.insert(map_covariances_.end(), map_covariance, map_covariance + 9);
+  if (!frame.camera.rig.empty()) camera_ids_.push_back(match.camera_id);
+  if (frame.map_covariances.empty()) return;
+  map_covariances_.insert(map_covariances_.end(), frame.map_covariances[i].begin(), frame.map_covariances[i].end());
 }
 
 Matches MatchArrays::view() const noexcept {
@@ -75,17 +74,13 @@ Matches MatchArrays::view() const noexcept {
   return matches;
 }
 
-BlockReport append_blocks(const Frame& frame, const Matches& matches, const BlockOptions& options, BlockStore& blocks) {
-  const FrameCamera& camera = frame.camera;
-  const RigidTransform T = RigidTransform::row_major(frame.T_cw_prior.data());
-  if (camera.rig.empty()) return maxlogdet::append_blocks(Camera(camera), T, matches, options, blocks);
-  return maxlogdet::append_blocks(camera.rig.data(), camera.rig.size(), T, matches, options, blocks);
-}
-
 BlockReport build_blocks(const Frame& frame, const MatchArrays& matches, const BlockOptions& options,
                          BlockStore& blocks) {
   blocks.clear();
-  return append_blocks(frame, matches.view(), options, blocks);
+  const FrameCamera& camera = frame.camera;
+  const RigidTransform T = RigidTransform::row_major(frame.T_cw_prior.data());
+  if (camera.rig.empty()) return append_blocks(Camera(camera), T, matches.view(), options, blocks);
+  return append_blocks(camera.rig.data(), camera.rig.size(), T, matches.view(), options, blocks);
 }
 
 BlockReport build_blocks(const Frame& frame, const BlockOptions& options, BlockStore& blocks) {

@@ -4,6 +4,7 @@
 #include <maxlogdet/maxlogdet.hpp>
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -58,7 +59,6 @@ struct Frame {
   std::vector<std::array<double, 9>> map_covariances;  ///< one for each match: 3 x 3, world frame, m^2; empty: unknown;
                                                        ///< first entry NaN: unknown of that match
   std::optional<std::array<double, 12>> T_cw_true;     ///< 3 x 4 row-major, like T_cw_prior
-  bool has_quality = false;                            ///< Match::desc_dist was recorded
   bool has_selection = false;                          ///< Match::is_selected was recorded
   std::vector<std::string> unknown_columns;            ///< of the file, ignored: perhaps misspelt
 };
@@ -72,21 +72,24 @@ FeatureMatch feature_match(const Match& match, DepthCue depth_cue);
 /// Returns a map point in the camera frame of the frame's prior pose, m.
 std::array<double, 3> in_camera(const Frame& frame, const Match& match);
 
+/// The cells of an image: the paper's buckets.
+struct ImageGrid {
+  int columns = 1;
+  int rows = 1;
+
+  std::size_t cells() const { return static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows); }
+  /// Returns the cell of a match; pixels outside of the image belong to the nearest cell.
+  std::uint32_t cell_of(const Frame& frame, const Match& match) const;
+};
+
 /// A frame's matches as the plain arrays that append_blocks reads; sigma is 1 / sqrt(inv_sigma2), and the matches with
-/// a right-image column are those that have a third measurement.
+/// a right-image column or a depth are those that have a third measurement.
 class MatchArrays {
  public:
   MatchArrays() = default;
-  explicit MatchArrays(const Frame& frame) { assign(frame); }
+  explicit MatchArrays(const Frame& frame);
   /// The matches with these indices, in that order.
   MatchArrays(const Frame& frame, const std::vector<std::uint32_t>& subset);
-
-  /// Replaces the content by the matches of a frame, within the allocated memory if it suffices.
-  void assign(const Frame& frame);
-
-  void clear();
-  /// Adds a match; `map_covariance`: 9 entries, or nullptr for all matches.
-  void add(const Match& match, const double* map_covariance);
 
   /// Views into this object.
   Matches view() const noexcept;
@@ -100,9 +103,6 @@ class MatchArrays {
   std::vector<unsigned char> has_depth_cue_;
   std::vector<std::uint8_t> camera_ids_;  // empty without a rig
 };
-
-/// Appends a block for each of the matches, a frame's, at its prior pose, as its camera has seen them.
-BlockReport append_blocks(const Frame& frame, const Matches& matches, const BlockOptions& options, BlockStore& blocks);
 
 /// Refills `blocks` with a block for each match, under the match's index, at the frame's prior pose.
 BlockReport build_blocks(const Frame& frame, const MatchArrays& matches, const BlockOptions& options,

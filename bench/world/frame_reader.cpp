@@ -1,21 +1,19 @@
 // SPDX-License-Identifier: MIT
 #include "bench/world/frame_reader.hpp"
 
-#include "bench/world/csv.hpp"
-#include "bench/world/frame_comments.hpp"
-#include "bench/world/text.hpp"
-#include "bench/world/text_file.hpp"
+#include "bench/world/names.hpp"
 
+#include <Eigen/Core>
+#include <Eigen/LU>
 #include <algorithm>
 #include <array>
-#include <cmath>
-#include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <iterator>
 #include <limits>
 #include <map>
-#include <optional>
-#include <string_view>
+#include <set>
+#include <sstream>
 #include <utility>
 
 namespace maxlogdet::sim {
@@ -27,10 +25,47 @@ constexpr std::string_view known_columns[] = {
     "octave", "u_right",     "depth",      "cov_xx",    "cov_xy",     "cov_xz",    "cov_yy",
     "cov_yz", "cov_zz",      "inv_sigma2", "desc_dist", "camera",     "keyframe",  "src",
     "n_obs",  "found_ratio", "response",   "selected",  "chi2_prior", "chi2_post", "outlier_post"};
+constexpr const char* covariance_columns[] = {"cov_xx", "cov_xy", "cov_xz", "cov_yy", "cov_yz", "cov_zz"};
 
 constexpr std::size_t most_matches = 1000000;  // of a file that may never end
+constexpr std::size_t most_cameras = 256;
+constexpr std::int64_t largest_side = 1 << 20;  // of an image, px
 
-constexpr const char* covariance_columns[] = {"cov_xx", "cov_xy", "cov_xz", "cov_yy", "cov_yz", "cov_zz"};
+using Values = std::vector<std::string>;
+
+// A comment `# NAME (remark): VALUES`, its name without blanks.
+struct Comment {
+  std::string name;
+  Values values;
+};
+
+// Perhaps in quotes.
+bool is_comment(std::string_view line) {
+  const auto first = line.find_first_not_of(" \t\"");
+  return first != std::string_view::npos && line[first] == '#' && line.substr(first, 4) != "#N/A";  // a missing value
+}
+
+// Also of a line that a spreadsheet has divided into fields; nothing of a comment without values.
+std::optional<Comment> comment_of(std::string_view line) {
+  std::string text(line);
+  text.erase(std::remove(text.begin(), text.end(), '"'), text.end());
+  text.erase(text.find_last_not_of(" \t,;") + 1);  // a spreadsheet makes every line as long as the header
+  const auto colon = text.rfind(':');
+  if (colon == std::string::npos) return std::nullopt;
+  std::string_view name = std::string_view(text).substr(0, colon);
+  name = name.substr(0, name.find('(')).substr(name.find('#') + 1);
+  Comment comment{joined(split_csv(trimmed(name)), ","), split_csv(std::string_view(text).substr(colon + 1))};
+  comment.name.erase(std::remove(comment.name.begin(), comment.name.end(), ' '), comment.name.end());
+  return comment;
+}
+
+// The number behind a prefix, as in camera0; camera00 is another name.
+std::optional<std::size_t> number_behind(const std::string& prefix, const std::string& name) {
+  if (name.compare(0, prefix.size(), prefix) != 0) return std::nullopt;
+  const std::optional<std::int64_t> number = whole_number(std::string_view(name).substr(prefix.size()));
+  if (!number || *number < 0 || prefix + std::to_string(*number) != name) return std::nullopt;
+  return static_cast<std::size_t>(*number);
+}
 
 // As numpy.savetxt writes it.
 bool is_header_behind_sign(std::string_view line) {
@@ -47,46 +82,133 @@ class FrameReader {
 
   Frame read() {
     while (const auto line = file_.next()) {
-      if (is_empty_row(*line) || line->substr(0, 4) == "sep=") continue;
+      const bool is_empty_row = line->find_first_not_of(" \t,;\"") == std::string_view::npos;
+      if (is_empty_row || line->substr(0, 4) == "sep=") continue;
       if (names_.empty() && is_header_behind_sign(*line)) {
         read_header(line->substr(line->find('#') + 1));
       } else if (is_comment(*line) && !is_row(*line)) {
-        read_comment(*line);
+        if (const auto comment = comment_of(*line)) read_comment(comment->name, comment->values);
       } else if (names_.empty()) {
         read_header(*line);
       } else {
         read_match(*line);
       }
     }
-    require(comments_.has_camera(), "a comment '# fx,fy,cx,cy,bf: ...' or '# camera: ...'");
-    require(comments_.has("Tcw_prior"), "a comment '# Tcw_prior: ...' with the pose to linearise at");
-    require(!names_.empty(), "a header line that names the columns, then one row a match");
+    const bool has_camera = has_comment("fx,fy,cx,cy,bf") || has_comment("camera") || has_comment("camera0");
+    if (!has_camera) file_.fail_at_end("a comment '# fx,fy,cx,cy,bf: ...' or '# camera: ...'");
+    if (!has_comment("Tcw_prior")) file_.fail_at_end("a comment '# Tcw_prior: ...' with the pose to linearise at");
+    if (names_.empty()) file_.fail_at_end("a header line that names the columns, then one row a match");
     if (has_covariances_) frame_.map_covariances = std::move(covariances_);
     return std::move(frame_);
   }
 
  private:
-  void require(bool condition, const std::string& expected) const {
-    if (!condition) file_.fail_at_end(expected);
+  // Not with texts that would be made for every match.
+  void require(bool holds, const std::string& expected) const {
+    if (!holds) file_.fail(expected);
   }
 
-  // Also one that begins with #REF! or another text that is not read.
-  bool is_row(std::string_view line) const {
-    if (names_.empty() || comment_of(line)) return false;
-    const std::vector<std::string> fields = split_csv(line, separator_);
-    return fields.size() >= names_.size() && finite_number(fields[column_.find("X")->second]) &&
-           finite_number(fields[column_.find("u")->second]);
-  }
+  // Comments: camera, image and poses; others are skipped.
 
-  // Comments with other names are skipped.
-  void read_comment(std::string_view line) {
-    const std::optional<Comment> comment = comment_of(line);
-    if (!comment) return;
-    if (!names_.empty() && FrameComments::decides_rows(comment->name)) {
-      file_.fail("the comment '" + comment->name + "' above the header");
+  bool has_comment(const std::string& name) const { return comments_.count(name) != 0; }
+
+  void read_comment(const std::string& name, const Values& values) {
+    const auto of_rig = number_behind("camera", name), of_transform = number_behind("T_cb", name);
+    const bool decides_rows = name == "depth_sigma" || name == "camera" || of_rig;
+    require(names_.empty() || !decides_rows, "the comment '" + name + "' above the header");
+    require(!has_comment(name), "one comment '" + name + "', not a second one");
+    if (name == "fx,fy,cx,cy,bf") {
+      read_pinhole(values);
+    } else if (name == "camera") {
+      const Camera camera = camera_of(values);
+      static_cast<PinholeCamera&>(frame_.camera) = camera.pinhole;
+      if (camera.model != CameraModel::pinhole) frame_.camera.rig = {camera};
+    } else if (of_rig) {
+      require(*of_rig == frame_.camera.rig.size() && *of_rig < most_cameras,
+              "the cameras of a rig from 0 on, without gaps, and at most 256");
+      frame_.camera.rig.push_back(camera_of(values));
+    } else if (of_transform) {
+      require(!has_comment("camera") && *of_transform < frame_.camera.rig.size(),
+              "the comment 'camera " + std::to_string(*of_transform) + "' before this");
+      frame_.camera.rig[*of_transform].T_cb = RigidTransform::row_major(transform_of(values, name).data());
+    } else if (name == "imagewidth,height") {
+      read_image(values);
+    } else if (name == "Tcw_prior") {
+      frame_.T_cw_prior = transform_of(values, name);
+    } else if (name == "Tcw_true") {
+      frame_.T_cw_true = transform_of(values, name);
+    } else if (name == "depth_sigma") {
+      frame_.camera.depth_sigma = numbers(values, 1, name)[0];
+      require(frame_.camera.depth_sigma > 0, "a positive depth_sigma, m");
+    } else {
+      return;
     }
-    comments_.read(*comment, file_, frame_);
+    comments_.insert(name);
+    require(has_comment("fx,fy,cx,cy,bf") + has_comment("camera") + has_comment("camera0") <= 1,
+            "one of the comments 'fx,fy,cx,cy,bf', 'camera' and 'camera 0'");
   }
+
+  std::vector<double> numbers(const Values& values, std::size_t count, const std::string& what) const {
+    require(values.size() == count, std::to_string(count) + " numbers for " + what);
+    std::vector<double> result;
+    for (const std::string& value : values) result.push_back(file_.number(value, what));
+    return result;
+  }
+
+  void read_pinhole(const Values& values) {
+    const std::vector<double> v = numbers(values, 5, "fx,fy,cx,cy,bf");
+    require(v[0] > 0 && v[1] > 0, "positive fx and fy");
+    require(v[4] >= 0, "bf of 0 (monocular) or more");
+    static_cast<PinholeCamera&>(frame_.camera) = {v[0], v[1], v[2], v[3], v[4]};
+  }
+
+  // MODEL,fx,fy,cx,cy and the model's parameters.
+  Camera camera_of(const Values& values) const {
+    const std::optional<CameraModel> model = find_named(camera_models, values[0]);
+    const std::string models = joined(names_of(camera_models), ", ");
+    if (!model) file_.fail("a camera model, one of " + models + ", not " + shown(values[0]));
+    const std::string name = to_string(*model);
+    const std::size_t count = parameter_count(*model);
+    require(values.size() == 5 + count, name + ",fx,fy,cx,cy and " + std::to_string(count) + " parameters");
+    const std::vector<double> v = numbers({values.begin() + 1, values.end()}, 4 + count, "a camera's parameter");
+    Camera camera(v[0], v[1], v[2], v[3]);
+    camera.model = *model;
+    std::copy(v.begin() + 4, v.end(), camera.parameters);
+    // The library knows which parameters are in range: it refuses no camera that can make blocks.
+    BlockStore none;
+    Matches matches;
+    const double nothing[3] = {};
+    matches.points = nothing;
+    const BlockReport report = append_blocks(camera, RigidTransform::identity(), matches, BlockOptions(), none);
+    require(report.error == Error::none, "positive fx and fy, and distortion within the range of " + name);
+    return camera;
+  }
+
+  std::array<double, 12> transform_of(const Values& values, const std::string& name) const {
+    const std::vector<double> v = numbers(values, 12, name + " (3 x 4 row-major)");
+    const Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>> T(v.data());
+    const double error = RigidTransform::row_major(v.data()).rotation_error();
+    if (error > 1e-3 || T.leftCols<3>().determinant() < 0) {
+      std::ostringstream found;
+      found << "a rotation in the first 3 columns of " << name << "; an entry of R R^T - I is " << error;
+      file_.fail(found.str() + (error > 1e-3 ? ", above 1e-3" : ", but R is a reflection"));
+    }
+    std::array<double, 12> rows{};
+    std::copy(v.begin(), v.end(), rows.begin());
+    return rows;
+  }
+
+  void read_image(const Values& values) {
+    require(values.size() == 2, "2 integers for image width,height");
+    const std::int64_t width = file_.integer(values[0], "image width"),
+                       height = file_.integer(values[1], "image height");
+    require(std::min(width, height) >= 1 && std::max(width, height) <= largest_side,
+            "an image width and height from 1 to 2^20");
+    frame_.width = static_cast<double>(width);
+    frame_.height = static_cast<double>(height);
+  }
+
+  // The header and the rows.
 
   // Columns without a name are the index of pandas or R.
   void read_header(std::string_view line) {
@@ -96,20 +218,27 @@ class FrameReader {
     for (std::size_t i = 0; i < names_.size(); ++i) {
       const std::string& name = names_[i];
       if (name.empty()) continue;
-      if (!column_.emplace(name, i).second) file_.fail("each column once, not " + shown(name) + " twice");
-      if (std::find(std::begin(known_columns), std::end(known_columns), name) == std::end(known_columns)) {
-        frame_.unknown_columns.push_back(name);
-      }
+      require(column_.emplace(name, i).second, "each column once, not " + shown(name) + " twice");
+      const bool is_known =
+          std::find(std::begin(known_columns), std::end(known_columns), name) != std::end(known_columns);
+      if (!is_known) frame_.unknown_columns.push_back(name);
     }
-    for (const char* name : {"mp_id", "X", "Y", "Z", "u", "v"}) {
-      if (!has_column(name))
-        file_.fail("a header line with the columns mp_id,X,Y,Z,u,v; '" + std::string(name) + "' is missing");
+    for (const char* const name : {"mp_id", "X", "Y", "Z", "u", "v"}) {
+      require(has_column(name),
+              "a header line with the columns mp_id,X,Y,Z,u,v; '" + std::string(name) + "' is missing");
     }
     const auto given = std::count_if(std::begin(covariance_columns), std::end(covariance_columns),
                                      [this](const char* name) { return has_column(name); });
-    if (given != 0 && given != 6) file_.fail("all six columns cov_xx,cov_xy,cov_xz,cov_yy,cov_yz,cov_zz, or none");
-    frame_.has_quality = has_column("desc_dist");
+    require(given == 0 || given == 6, "all six columns cov_xx,cov_xy,cov_xz,cov_yy,cov_yz,cov_zz, or none");
     frame_.has_selection = has_column("selected");
+  }
+
+  // Not a comment, but a row that begins with #REF! or another text that is not read.
+  bool is_row(std::string_view line) const {
+    if (names_.empty() || comment_of(line)) return false;
+    const std::vector<std::string> fields = split_csv(line, separator_);
+    return fields.size() >= names_.size() && finite_number(fields[column_.find("X")->second]) &&
+           finite_number(fields[column_.find("u")->second]);
   }
 
   bool has_column(const char* name) const { return column_.count(name) != 0; }
@@ -122,23 +251,12 @@ class FrameReader {
   bool has_value(const char* name) const { return has_column(name) && !is_missing(field(name)); }
   double number_or(const char* name, double fallback) const { return has_value(name) ? number(name) : fallback; }
   std::int64_t integer_or(const char* name, std::int64_t fallback) const {
-    return has_value(name) ? integer(file_, field(name), name) : fallback;
+    return has_value(name) ? file_.integer(field(name), name) : fallback;
   }
-
-  std::int64_t integer_within(const char* name, std::int64_t low, std::int64_t high,
-                              const std::string& expected) const {
-    const std::int64_t number = integer_or(name, low);
-    if (number < low || number > high) file_.fail(expected);
-    return number;
-  }
-
-  bool is_true(const char* name) const {
-    if (!has_value(name)) return false;
-    const std::string text = lower_case(field(name));
-    if (text == "true" || text == "false" || text == "t" || text == "f") return text[0] == 't';
-    const std::int64_t number = whole_number(text).value_or(-1);
-    if (number < 0 || number > 1) file_.fail(std::string("0 or 1 for ") + name + ", not " + shown(field(name)));
-    return number == 1;
+  std::int64_t integer_to(const char* name, std::int64_t high, const char* what) const {
+    const std::int64_t value = integer_or(name, 0);
+    if (value < 0 || value > high) file_.fail(std::string(what) + " from 0 to " + std::to_string(high));
+    return value;
   }
 
   void read_fields(std::string_view line) {
@@ -152,57 +270,55 @@ class FrameReader {
 
   void read_match(std::string_view line) {
     read_fields(line);
-    if (frame_.matches.size() == most_matches) file_.fail("at most a million matches");
+    require(frame_.matches.size() < most_matches, "at most a million matches");
+    const FrameCamera& camera = frame_.camera;
     Match match;
     match.keypoint = integer_or("kp", static_cast<std::int64_t>(frame_.matches.size()));
-    match.map_point_id = integer(file_, field("mp_id"), "mp_id");
+    match.map_point_id = file_.integer(field("mp_id"), "mp_id");
     match.point[0] = number("X");
     match.point[1] = number("Y");
     match.point[2] = number("Z");
     match.u = number("u");
     match.v = number("v");
-    match.octave = static_cast<int>(integer_within("octave", 0, 63, "an octave from 0 to 63"));
+    match.octave = static_cast<int>(integer_to("octave", 63, "an octave"));
     match.u_right = number_or("u_right", -1);
     match.inv_sigma2 = number_or("inv_sigma2", 1);
-    if (!(match.inv_sigma2 > 0)) file_.fail("a positive inv_sigma2");
+    require(match.inv_sigma2 > 0, "a positive inv_sigma2");
     match.desc_dist = number_or("desc_dist", 0);
     match.keyframe = integer_or("keyframe", -1);
-    match.is_selected = is_true("selected");
-    const auto cameras = static_cast<std::int64_t>(std::max<std::size_t>(frame_.camera.rig.size(), 1));
-    match.camera_id = static_cast<std::uint8_t>(
-        integer_within("camera", 0, cameras - 1, "a camera from 0 to " + std::to_string(cameras - 1)));
-    read_third(match);
-    frame_.matches.push_back(match);
-    frame_.has_quality = frame_.has_quality && has_value("desc_dist");
+    const auto last = static_cast<std::int64_t>(std::max<std::size_t>(camera.rig.size(), 1)) - 1;
+    match.camera_id = static_cast<std::uint8_t>(integer_to("camera", last, "a camera"));
+    if (has_value("selected")) {
+      const std::optional<bool> is_selected = truth(field("selected"));
+      if (!is_selected) file_.fail("0 or 1 for selected, not " + shown(field("selected")));
+      match.is_selected = *is_selected;
+    }
     frame_.has_selection = frame_.has_selection && has_value("selected");
-    read_covariance();
-  }
-
-  void read_third(Match& match) const {
-    const FrameCamera& camera = frame_.camera;
     const double depth = number_or("depth", -1);
     if (camera.depth_sigma > 0) match.depth = depth;
-    if (!match.is_stereo() || camera.is_pinhole()) return;
-    file_.fail("a negative u_right, or no such column, with '# depth_sigma', '# camera' or a rig");
+    require(!match.is_stereo() || camera.is_pinhole(),
+            "a negative u_right, or no such column, with '# depth_sigma', '# camera' or a rig");
+    frame_.matches.push_back(match);
+    read_covariance();
   }
 
   // The upper triangle, row by row; cov_xx < 0: unknown.
   void read_covariance() {
     if (!has_column(covariance_columns[0])) return;
     const double xx = number_or("cov_xx", -1);
-    const bool is_known = xx >= 0;
-    const auto other = [&](const char* name) { return is_known ? number(name) : 0; };
-    const double xy = other("cov_xy"), xz = other("cov_xz"), yy = other("cov_yy"), yz = other("cov_yz"),
-                 zz = other("cov_zz");
-    if (is_known && (yy < 0 || zz < 0)) file_.fail("variances cov_yy and cov_zz of 0 or more");
-    constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
-    covariances_.push_back(is_known ? std::array<double, 9>{xx, xy, xz, xy, yy, yz, xz, yz, zz}
-                                    : std::array<double, 9>{unknown});
-    has_covariances_ = has_covariances_ || is_known;
+    if (xx < 0) {
+      covariances_.push_back({std::numeric_limits<double>::quiet_NaN()});
+      return;
+    }
+    has_covariances_ = true;
+    const double xy = number("cov_xy"), xz = number("cov_xz"), yy = number("cov_yy"), yz = number("cov_yz"),
+                 zz = number("cov_zz");
+    require(yy >= 0 && zz >= 0, "variances cov_yy and cov_zz of 0 or more");
+    covariances_.push_back({xx, xy, xz, xy, yy, yz, xz, yz, zz});
   }
 
   TextFile file_;
-  FrameComments comments_;
+  std::set<std::string> comments_;
   std::vector<std::string> names_;  // of the columns
   std::map<std::string, std::size_t, std::less<>> column_;
   char separator_ = ',';

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "bench/world/frame.hpp"
-#include "bench/world/input_error.hpp"
+#include "bench/world/text_file.hpp"
 
 #include <string>
 #include <vector>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "bench/world/output_file.hpp"
 
-#include "bench/world/input_error.hpp"
+#include "bench/world/text_file.hpp"
 
 #include <unistd.h>
 
@@ -40,7 +40,8 @@ void write_file(const std::string& file, const std::string& text) {
   } else if (put(file, text)) {  // /dev/stdout, a pipe
     return;
   }
-  fail_to_write(file);
+  const std::string why = errno == 0 ? "" : " (" + std::generic_category().message(errno) + ")";
+  throw InputError(file + ": cannot be written" + why + "; expected a folder with room that can be written to");
 }
 
 void check_output_file(const std::string& file) {
@@ -53,11 +54,6 @@ void check_output_file(const std::string& file) {
   if (!is_possible || access(written.c_str(), W_OK) != 0) {
     throw InputError(file + ": cannot be written; expected a folder that exists and can be written to");
   }
-}
-
-void fail_to_write(const std::string& file) {
-  const std::string why = errno == 0 ? "" : " (" + std::generic_category().message(errno) + ")";
-  throw InputError(file + ": cannot be written" + why + "; expected a folder with room that can be written to");
 }
 
 }  // namespace maxlogdet::sim

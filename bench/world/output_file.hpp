@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <nlohmann/json.hpp>
 #include <string>
 
 namespace maxlogdet::sim {
@@ -12,7 +13,9 @@ void write_file(const std::string& file, const std::string& text);
 /// Throws InputError if it is clear beforehand that the file cannot be written.
 void check_output_file(const std::string& file);
 
-/// Throws the InputError of a file that could not be written, with the cause that errno names.
-[[noreturn]] void fail_to_write(const std::string& file);
+/// Returns JSON in one line, or indented. Bytes of a file name that are not UTF-8 become replacement characters.
+inline std::string to_text(const nlohmann::ordered_json& json, int indent = -1) {
+  return json.dump(indent, ' ', false, nlohmann::json::error_handler_t::replace) + '\n';
+}
 
 }  // namespace maxlogdet::sim

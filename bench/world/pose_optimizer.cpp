@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include "bench/world/pose_optimizer.hpp"
 
-#include "bench/world/pose_equations.hpp"
+#include "bench/world/projection.hpp"
+
+#include <maxlogdet/eigen.hpp>
+#include <maxlogdet/match_information.hpp>
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -11,6 +15,7 @@ namespace maxlogdet::sim {
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t min_matches = 3;  // 6 rows
 
 // With the diagonal scaled to 1, a direction whose undamped pivot is not above this is unobserved: sums of 2000 matches
@@ -23,72 +28,130 @@ constexpr double first_damping = 1e-6;
 constexpr double min_damping_after_rise = 1e-2;
 
 // A symmetric matrix with its diagonal scaled to 1, so that metres and radians are comparable.
-struct Scaled {
-  explicit Scaled(const Matrix6& A) : scale(A.diagonal().array().sqrt().inverse()) {
-    matrix = scale.asDiagonal() * A * scale.asDiagonal();
-    is_regular = matrix.allFinite() && A.allFinite() && factorize(0);
+class Scaled {
+ public:
+  explicit Scaled(const Matrix6& A) : scale_(A.diagonal().array().sqrt().inverse()) {
+    matrix_ = scale_.asDiagonal() * A * scale_.asDiagonal();
   }
 
-  // Factorises A + damping diag(A).
+  // Factorises A + damping diag(A); returns whether it is regular.
   bool factorize(double damping) {
-    Matrix6 damped = matrix;
+    Matrix6 damped = matrix_;
     damped.diagonal().array() += damping;
-    factor.compute(damped);
-    if (factor.info() != Eigen::Success) return false;
-    const Vector6 diagonal = factor.matrixLLT().diagonal();
-    return (diagonal.array().square() > min_pivot).all();
+    factor_.compute(damped);
+    return damped.allFinite() && factor_.info() == Eigen::Success &&
+           (factor_.matrixLLT().diagonal().array().square() > min_pivot).all();
   }
 
-  Vector6 solve(const Vector6& b) const { return scale.asDiagonal() * factor.solve(Vector6(scale.asDiagonal() * b)); }
+  Vector6 solve(const Vector6& b) const {
+    return scale_.asDiagonal() * factor_.solve(Vector6(scale_.asDiagonal() * b));
+  }
 
-  Vector6 scale;
-  Matrix6 matrix;
-  Eigen::LLT<Matrix6> factor;
-  bool is_regular = false;
+ private:
+  Vector6 scale_;
+  Matrix6 matrix_;
+  Eigen::LLT<Matrix6> factor_;
 };
 
+// What optimize_pose() minimises, as it was given.
+struct PoseProblem {
+  const FrameCamera& camera;
+  const std::vector<Match>& matches;
+  const std::vector<std::uint32_t>& subset;
+  const PoseOptions& options;
+  const std::vector<Whitening>& whitenings;
+
+  Whitening whitening(std::uint32_t i) const {
+    return whitenings.empty() ? measurement_whitening(camera, matches[i]) : whitenings[i];
+  }
+  // Huber's threshold, infinite of squared errors.
+  double threshold(bool has_depth_cue) const {
+    const double given = has_depth_cue ? options.huber_stereo : options.huber_monocular;
+    return given > 0 ? given : infinity;
+  }
+};
+
+// Huber's rho(s), and its derivative.
+struct Loss {
+  Loss(double s, double threshold) : weight(1), rho(s) {
+    if (s <= threshold * threshold) return;
+    const double e = std::sqrt(s);
+    weight = threshold / e;
+    rho = 2 * threshold * e - threshold * threshold;
+  }
+  double weight, rho;
+};
+
+// The normal equations at a pose, of the matches of the subset that have an error there.
 struct Linearization {
-  Linearization(const PoseProblem& problem, const Pose& at)
-      : T_cw(at), sums(add_up(problem, at)), equations(to_matrix(sums)) {}
+  Linearization(const PoseProblem& problem, const Pose& at) : T_cw(at) {
+    LinearizedMatch one;
+    for (const std::uint32_t i : problem.subset) {
+      if (!linearize(problem.camera, T_cw, problem.matches[i], problem.options.stereo, one)) continue;
+      const Whitening W = problem.whitening(i);
+      const Eigen::Vector3d e = W * one.residual;
+      if (!(e.squaredNorm() < infinity)) continue;
+      const Loss loss(e.squaredNorm(), problem.threshold(one.rows == 3));
+      const Eigen::Matrix<double, 3, 6> H = W * one.H_x;
+      information.noalias() += loss.weight * H.transpose() * H;
+      descent.noalias() += loss.weight * H.transpose() * e;
+      rho += loss.rho;
+      ++used;
+    }
+  }
 
-  bool is_regular() const { return sums.used >= min_matches && equations.is_regular && std::isfinite(sums.rho); }
-
-  bool solve(double damping, Vector6& step) {
-    if (!is_regular() || !equations.factorize(damping)) return false;
-    step = equations.solve(Eigen::Map<const Vector6>(sums.g));
-    return step.allFinite();
+  bool is_regular() const {
+    return used >= min_matches && std::isfinite(rho) && information.allFinite() && Scaled(information).factorize(0);
   }
 
   // Translations count in the distance by which the camera has to move to change errors as much as by turning by 1 rad:
   // so the unit of length does not matter.
   bool is_small(const Vector6& step, double tolerance) const {
-    const Vector6 information = to_matrix(sums).diagonal();
-    const double distance = std::sqrt(information.tail<3>().sum() / information.head<3>().sum());
+    const Vector6 diagonal = information.diagonal();
+    const double distance = std::sqrt(diagonal.tail<3>().sum() / diagonal.head<3>().sum());
     return step.head<3>().lpNorm<Eigen::Infinity>() <= tolerance * distance &&
            step.tail<3>().lpNorm<Eigen::Infinity>() <= tolerance;
   }
 
   Pose T_cw;
-  PoseSums sums;
-  Scaled equations;
+  Matrix6 information = Matrix6::Zero();
+  Vector6 descent = Vector6::Zero();  // minus the gradient of the cost
+  double rho = 0;
+  std::size_t used = 0;
 };
 
+// Compares the cost of the matches that were linearised at `from`: infinite if a point moves behind the camera, and
+// without points that come in front of it.
 bool cost_rises(const PoseProblem& problem, const Linearization& from, const Linearization& to) {
   const std::size_t all = problem.subset.size();
-  const bool same_terms = from.sums.used == all && to.sums.used == all;
-  return !((same_terms ? to.sums.rho : rho_after_step(problem, from.T_cw, to.T_cw)) <= from.sums.rho);
+  if (from.used == all && to.used == all) return !(to.rho <= from.rho);
+  double rho = 0;
+  for (const std::uint32_t i : problem.subset) {
+    const Match& match = problem.matches[i];
+    const Whitening W = problem.whitening(i);
+    const auto error_at = [&](const Pose& T_cw) {
+      return chi2(problem.camera, T_cw, match, problem.options.stereo, &W);
+    };
+    if (!(error_at(from.T_cw) < infinity)) continue;
+    const double after = error_at(to.T_cw);
+    if (!(after < infinity)) return true;
+    rho += Loss(after, problem.threshold(problem.options.stereo && match.has_depth_cue())).rho;
+  }
+  return !(rho <= from.rho);
 }
 
 // Steps from `current`, which becomes the last accepted linearisation; returns why the steps terminated.
 PoseStatus iterate(const PoseProblem& problem, Linearization& current, int& iterations) {
-  if (current.sums.used < min_matches) return PoseStatus::too_few_matches;
+  if (current.used < min_matches) return PoseStatus::too_few_matches;
   if (!current.is_regular()) return PoseStatus::singular;
   const bool damps = problem.options.method == PoseMethod::levenberg_marquardt;
   double damping = damps ? first_damping : 0;
   while (iterations < problem.options.max_iterations) {
     ++iterations;
-    Vector6 step;
-    if (!current.solve(damping, step)) return PoseStatus::singular;
+    Scaled equations(current.information);
+    if (!equations.factorize(damping)) return PoseStatus::singular;
+    const Vector6 step = equations.solve(current.descent);
+    if (!step.allFinite()) return PoseStatus::singular;
     if (current.is_small(step, problem.options.step_tolerance)) return PoseStatus::converged;
     const Linearization next(problem, orthonormal(exp_se3(step) * current.T_cw));
     if (damps && cost_rises(problem, current, next)) {
@@ -104,28 +167,58 @@ PoseStatus iterate(const PoseProblem& problem, Linearization& current, int& iter
 
 }  // namespace
 
-const char* to_string(PoseStatus status) {
-  switch (status) {
-    case PoseStatus::converged: return "converged";
-    case PoseStatus::iteration_limit: return "iteration_limit";
-    case PoseStatus::too_few_matches: return "too_few_matches";
-    case PoseStatus::singular: return "singular";
-  }
-  return "unknown";
+Whitening measurement_whitening(const FrameCamera& camera, const Match& match) {
+  const double variance = 1 / match.inv_sigma2;
+  const double of_pixels = variance > 0 && std::isfinite(variance) ? 1 / std::sqrt(variance) : nan;
+  const double of_depth = match.depth > 0 ? 1 / camera.depth_sigma : 0;
+  return Eigen::Vector3d(of_pixels, of_pixels, camera.is_pinhole() ? of_pixels : of_depth).asDiagonal();
 }
 
-Matrix6 invert_information(const Matrix6& information) {
-  const Scaled scaled(information);
-  if (!scaled.is_regular) return Matrix6::Constant(std::numeric_limits<double>::quiet_NaN());
+Whitening whitening_of(const FrameCamera& camera, const Pose& T_cw, const Match& match, bool uses_depth_cue,
+                       const Eigen::Matrix3d& map_covariance) {
+  MatchNoise noise;
+  noise.sigma = 1 / std::sqrt(match.inv_sigma2);
+  if (!(map_covariance.array() == 0).all()) noise.covariance = map_covariance.data();
+  if (camera.is_pinhole()) {
+    if (uses_depth_cue && !(match.u_right < 0)) noise.depth_cue = DepthCue::stereo;
+  } else if (uses_depth_cue && match.depth > 0) {
+    noise.depth_cue = DepthCue::depth;
+    noise.depth_sigma = camera.depth_sigma;
+  }
+  const Camera seen_by = camera.rig.empty() ? Camera(camera) : camera.rig[match.camera_id];
+  double entries[9];
+  if (!match_whitening(seen_by, RigidTransform(T_cw.matrix()), match.point, noise, entries)) {
+    return Whitening::Constant(nan);
+  }
+  const int rows = noise.depth_cue == DepthCue::none ? 2 : 3;
+  Whitening W = Whitening::Zero();
+  for (int i = 0; i < rows * rows; ++i) W(i / rows, i % rows) = entries[i];
+  return W;
+}
+
+std::vector<Whitening> whitenings_of(const Frame& frame, const Pose& T_cw, bool uses_depth_cue, double map_sigma) {
+  std::vector<Whitening> whitenings;
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity() * (map_sigma * map_sigma);
+  for (std::size_t i = 0; i < frame.matches.size(); ++i) {
+    if (!frame.map_covariances.empty()) covariance = Eigen::Map<const Eigen::Matrix3d>(frame.map_covariances[i].data());
+    whitenings.push_back(whitening_of(frame.camera, T_cw, frame.matches[i], uses_depth_cue, covariance));
+  }
+  return whitenings;
+}
+
+Matrix6 PoseEstimate::covariance() const {
+  Scaled scaled(information);
+  if (!information.allFinite() || !scaled.factorize(0)) return Matrix6::Constant(nan);
   Matrix6 inverse;
   for (int i = 0; i < 6; ++i) inverse.col(i) = scaled.solve(Vector6::Unit(i));
   return 0.5 * (inverse + inverse.transpose());
 }
 
-Matrix6 PoseEstimate::covariance() const { return invert_information(information); }
-
 double chi2(const FrameCamera& camera, const Pose& T_cw, const Match& match, bool stereo, const Whitening* whitening) {
-  const double s = squared_error(camera, T_cw, match, stereo, whitening).value;
+  LinearizedMatch at;
+  if (!linearize(camera, T_cw, match, stereo, at)) return infinity;
+  const double s =
+      ((whitening == nullptr ? measurement_whitening(camera, match) : *whitening) * at.residual).squaredNorm();
   return s < infinity ? s : infinity;  // NaN is no match either
 }
 
@@ -137,9 +230,37 @@ PoseEstimate optimize_pose(const FrameCamera& camera, const std::vector<Match>& 
   PoseEstimate estimate;
   estimate.status = iterate(problem, current, estimate.iterations);
   estimate.T_cw = estimate.status == PoseStatus::too_few_matches ? start : current.T_cw;
-  estimate.cost = 0.5 * current.sums.rho;
-  estimate.information = to_matrix(current.sums);
+  estimate.cost = 0.5 * current.rho;
+  estimate.information = current.information;
   return estimate;
+}
+
+Rejection reject_outliers(const FrameCamera& camera, const std::vector<Match>& matches,
+                          const std::vector<std::uint32_t>& subset, const Pose& start, const RejectionOptions& options,
+                          const std::vector<Whitening>& whitenings) {
+  Rejection result;
+  result.estimate.T_cw = start;
+  result.inliers = subset;
+  std::sort(result.inliers.begin(), result.inliers.end());
+  const std::vector<std::uint32_t> all = result.inliers;
+  for (int round = 1; round <= options.rounds; ++round) {
+    PoseOptions of_round;
+    of_round.stereo = options.stereo;
+    of_round.huber_monocular = round == options.rounds ? 0 : std::sqrt(options.chi2_monocular);
+    of_round.huber_stereo = round == options.rounds ? 0 : std::sqrt(options.chi2_stereo);
+    of_round.max_iterations = options.max_iterations;
+    of_round.step_tolerance = options.step_tolerance;
+    result.estimate = optimize_pose(camera, matches, result.inliers, start, of_round, whitenings);
+    if (!result.estimate.is_usable()) return result;
+    result.inliers.clear();
+    for (const std::uint32_t i : all) {
+      const double limit = options.stereo && matches[i].has_depth_cue() ? options.chi2_stereo : options.chi2_monocular;
+      const Whitening* const whitening = whitenings.empty() ? nullptr : &whitenings[i];
+      if (chi2(camera, result.estimate.T_cw, matches[i], options.stereo, whitening) <= limit)
+        result.inliers.push_back(i);
+    }
+  }
+  return result;
 }
 
 }  // namespace maxlogdet::sim

@@ -2,14 +2,32 @@
 #pragma once
 
 #include "bench/world/frame.hpp"
-#include "bench/world/match_noise.hpp"
 #include "bench/world/se3.hpp"
 
+#include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
 
 namespace maxlogdet::sim {
+
+/// W = L^-1 with Sigma = L L^T, lower triangular: W times a match's residual e = z - h(T_cw, p) has independent entries
+/// of variance 1. 2 or 3 rows; with 2 the third is zero. W^T W is what g2o calls an edge's information matrix.
+using Whitening = Eigen::Matrix3d;
+
+/// Whitens by Sigma_z alone.
+Whitening measurement_whitening(const FrameCamera& camera, const Match& match);
+
+/// Whitens by the library's match_whitening(), as blocks of Weighting::measurement_and_map are: `map_covariance` is
+/// Sigma_p, 3 x 3, world frame, m^2, or zero. With `uses_depth_cue`, matches that have a third measurement have three
+/// rows. Not finite where there is none (the point is not in front of the camera, 1 / inv_sigma2 not positive and
+/// finite, Sigma not positive definite or without digits): chi2() is infinite then, and optimize_pose() leaves the
+/// match out.
+Whitening whitening_of(const FrameCamera& camera, const Pose& T_cw, const Match& match, bool uses_depth_cue,
+                       const Eigen::Matrix3d& map_covariance);
+
+/// Whitens all matches of a frame at T_cw; of points without a covariance it is map_sigma^2 I.
+std::vector<Whitening> whitenings_of(const Frame& frame, const Pose& T_cw, bool uses_depth_cue, double map_sigma);
 
 enum class PoseMethod {
   gauss_newton,         ///< eq. 3 of the paper, iterated
@@ -33,8 +51,6 @@ enum class PoseStatus {
   singular,  ///< the normal equations could not be solved, or a number was not finite; T_cw is the last good pose
 };
 
-const char* to_string(PoseStatus status);
-
 struct PoseEstimate {
   Pose T_cw = Pose::Identity();
   PoseStatus status = PoseStatus::too_few_matches;
@@ -43,26 +59,46 @@ struct PoseEstimate {
   Matrix6 information = Matrix6::Zero();  ///< H^T W H at T_cw
 
   bool is_usable() const { return status == PoseStatus::converged || status == PoseStatus::iteration_limit; }
-  /// The covariance of the left perturbation: the inverse of `information`.
+  /// The covariance of the left perturbation: the inverse of `information`; NaN if it is singular up to rounding.
   Matrix6 covariance() const;
 };
 
-/// Returns the inverse of a symmetric positive definite matrix; NaN if it is singular up to rounding.
-Matrix6 invert_information(const Matrix6& information);
-
-/// Returns the squared error of a match in deviations: ||W e||^2 with the whitening W, or ||e||^2 inv_sigma2 without
-/// one; infinite where the point is not in front of the camera, or a number is not finite.
+/// Returns the squared error of a match in deviations, ||W e||^2; `whitening`: W, nullptr: by the measurement's noise.
+/// Infinite where the point is not in front of the camera, or a number is not finite.
 double chi2(const FrameCamera& camera, const Pose& T_cw, const Match& match, bool stereo,
             const Whitening* whitening = nullptr);
 
 /// Minimises the sum over the subset of rho(||W (z - h(T_cw, p))||^2) by steps T_cw <- exp(xi^) T_cw from `start`.
-/// `subset`: indices into `matches`. `whitenings`: W, one for each of `matches`; empty: by the measurement's noise,
-/// which is faster of a pinhole. They are constant while the pose moves, as the information matrix of an edge is in
-/// g2o. Matches are left out while they are behind the camera, and always if a number is not finite or inv_sigma2 is
-/// not positive. Levenberg-Marquardt takes no step that raises the cost of the matches that it was linearised with, or
-/// moves one of them behind the camera.
+/// `subset`: indices into `matches`. `whitenings`: W, one for each of `matches`; empty: by the measurement's noise.
+/// They are constant while the pose moves, as the information matrix of an edge is in g2o. Matches are left out while
+/// they are behind the camera, and always if a number is not finite or inv_sigma2 is not positive. Levenberg-Marquardt
+/// takes no step that raises the cost of the matches that it was linearised with, or moves one of them behind the
+/// camera.
 PoseEstimate optimize_pose(const FrameCamera& camera, const std::vector<Match>& matches,
                            const std::vector<std::uint32_t>& subset, const Pose& start, const PoseOptions& options,
                            const std::vector<Whitening>& whitenings = {});
+
+/// ORB-SLAM2's pose optimisation (Mur-Artal & Tardos 2017): every round restarts at the same pose with the inliers of
+/// the round before; then the chi2 of every match decides again. The last round is without the Huber loss.
+struct RejectionOptions {
+  int rounds = 4;
+  int max_iterations = 10;        ///< in a round
+  double chi2_monocular = 5.991;  ///< 95 % quantile with 2 degrees of freedom; its root is the Huber threshold
+  double chi2_stereo = 7.815;     ///< the same with 3
+  bool stereo = true;
+  double step_tolerance = 1e-9;
+};
+
+struct Rejection {
+  PoseEstimate estimate;
+  std::vector<std::uint32_t> inliers;  ///< ascending
+};
+
+/// Estimates the pose from the matches of `subset`, and which of them agree with it: their chi2 is within the limit for
+/// their rows. A round without a usable estimate is the last: the inliers are then the matches that it was estimated
+/// from. `whitenings` as in optimize_pose().
+Rejection reject_outliers(const FrameCamera& camera, const std::vector<Match>& matches,
+                          const std::vector<std::uint32_t>& subset, const Pose& start, const RejectionOptions& options,
+                          const std::vector<Whitening>& whitenings = {});
 
 }  // namespace maxlogdet::sim

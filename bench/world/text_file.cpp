@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include "bench/world/text_file.hpp"
 
-#include "bench/world/text.hpp"
-
 #include <algorithm>
+#include <charconv>
+#include <cmath>
 #include <filesystem>
+#include <iterator>
+#include <system_error>
 #include <utility>
 
 namespace maxlogdet::sim {
@@ -12,26 +14,132 @@ namespace {
 
 constexpr std::size_t longest_line = 1 << 16;
 constexpr std::size_t largest_file = std::size_t{1} << 28;
+constexpr char blanks[] = " \t\r";
+
+std::string lower_case(std::string_view text) {
+  std::string result(text);
+  for (char& c : result) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  return result;
+}
+
+template <std::size_t n>
+bool is_one_of(std::string_view field, const std::string_view (&words)[n]) {
+  return std::find(std::begin(words), std::end(words), lower_case(field)) != std::end(words);
+}
+
+bool is_number_with_comma(std::string_view field) {
+  return std::count(field.begin(), field.end(), ',') == 1 &&
+         field.find_first_not_of("0123456789,+-eE") == std::string_view::npos;
+}
+
+// The number that the entire field is.
+template <class Number>
+std::optional<Number> parsed(std::string_view field) {
+  Number value = 0;
+  const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), value);
+  if (error != std::errc() || end != field.data() + field.size()) return std::nullopt;
+  return value;
+}
 
 }  // namespace
 
-TextFile::TextFile(std::string file, const std::string& what) : file_(std::move(file)), buffer_(1 << 16) {
+std::string one_line(std::string message) {
+  constexpr std::size_t longest = 1000;
+  if (message.size() > longest) message = message.substr(0, longest) + "...";
+  for (char& c : message) {
+    if (static_cast<unsigned char>(c) < ' ' || c == '\x7f') c = '?';
+  }
+  return message;
+}
+
+std::string_view trimmed(std::string_view text) {
+  const auto first = text.find_first_not_of(blanks);
+  if (first == std::string_view::npos) return {};
+  return text.substr(first, text.find_last_not_of(blanks) - first + 1);
+}
+
+std::vector<std::string_view> split_at_blanks(std::string_view text) {
+  std::vector<std::string_view> fields;
+  for (text = trimmed(text); !text.empty(); text = trimmed(text)) {
+    fields.push_back(text.substr(0, text.find_first_of(blanks)));
+    text.remove_prefix(fields.back().size());
+  }
+  return fields;
+}
+
+char separator_of(std::string_view line) {
+  bool is_quoted = false, has_tab = false;
+  char last = 0;  // that is no blank
+  for (const char c : line) {
+    if (c == '"') is_quoted = !is_quoted;
+    if (is_quoted) continue;
+    if (c == ';') return ';';
+    has_tab = has_tab || (c == '\t' && last != ',');
+    if (c != ' ' && c != '\t') last = c;
+  }
+  return has_tab ? '\t' : ',';
+}
+
+std::vector<std::string> split_csv(std::string_view line, char separator) {
+  std::vector<std::string> fields(1);
+  bool is_quoted = false;
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    const char c = line[i];
+    if (is_quoted && c == '"' && line.substr(i, 2) == "\"\"") {  // a quote within quotes
+      fields.back() += line[i++];
+    } else if (c == '"' && (is_quoted || trimmed(fields.back()).empty())) {
+      is_quoted = !is_quoted;
+    } else if (c == separator && !is_quoted) {
+      fields.emplace_back();
+    } else {
+      fields.back() += c;
+    }
+  }
+  for (std::string& field : fields) {
+    field = trimmed(field);
+    if (separator != ',' && is_number_with_comma(field)) field[field.find(',')] = '.';
+  }
+  return fields;
+}
+
+bool is_missing(std::string_view field) {
+  constexpr std::string_view markers[] = {"",     "na",       "n/a",       "#n/a", "<na>", "nan",
+                                          "-nan", "nan(ind)", "-nan(ind)", "null", "none"};
+  return is_one_of(field, markers);
+}
+
+std::string shown(std::string_view field) {
+  constexpr std::size_t longest = 40;
+  return "'" + std::string(field.substr(0, longest)) + (field.size() > longest ? "...'" : "'");
+}
+
+std::optional<double> finite_number(std::string_view field) {
+  if (field.size() > 1 && field[0] == '+' && field[1] != '-') field.remove_prefix(1);
+  const std::optional<double> value = parsed<double>(field);
+  return value && std::isfinite(*value) ? value : std::nullopt;
+}
+
+std::optional<std::int64_t> whole_number(std::string_view field) {
+  if (const auto value = parsed<std::int64_t>(field)) return value;
+  constexpr double exact_to = 9007199254740992;  // 2^53
+  const std::optional<double> number = finite_number(field);
+  if (!number || std::trunc(*number) != *number || !(std::abs(*number) < exact_to)) return std::nullopt;
+  return static_cast<std::int64_t>(*number);
+}
+
+std::optional<bool> truth(std::string_view field) {
+  constexpr std::string_view yes[] = {"true", "t"}, no[] = {"false", "f"};
+  const std::int64_t number = whole_number(field).value_or(-1);
+  if (number == 1 || is_one_of(field, yes)) return true;
+  if (number == 0 || is_one_of(field, no)) return false;
+  return std::nullopt;
+}
+
+TextFile::TextFile(std::string file, const std::string& what) : file_(std::move(file)) {
   std::error_code error;
   if (std::filesystem::is_directory(file_, error)) throw InputError(file_ + ": is a folder; expected a " + what);
   stream_.open(file_, std::ios::binary);
   if (!stream_) throw InputError(file_ + ": cannot be opened; expected a readable " + what);
-}
-
-std::optional<char> TextFile::next_byte() {
-  if (next_ == buffered_) {
-    stream_.read(buffer_.data(), static_cast<std::streamsize>(buffer_.size()));
-    buffered_ = static_cast<std::size_t>(stream_.gcount());
-    next_ = 0;
-    size_ += buffered_;
-    if (size_ > largest_file) fail("a file of at most 256 MiB");
-    if (buffered_ == 0) return std::nullopt;
-  }
-  return buffer_[next_++];
 }
 
 // Returns whether there was one.
@@ -39,13 +147,14 @@ bool TextFile::read_line() {
   line_.clear();
   ++line_number_;
   bool has_any = false;
-  while (const auto byte = next_byte()) {
-    const bool is_second_of_two = *byte == '\n' && is_after_return_;
-    is_after_return_ = *byte == '\r';
+  for (char byte = 0; stream_.get(byte);) {
+    if (++size_ > largest_file) fail("a file of at most 256 MiB");
+    const bool is_second_of_two = byte == '\n' && is_after_return_;
+    is_after_return_ = byte == '\r';
     if (is_second_of_two) continue;
     has_any = true;
-    if (*byte == '\n' || *byte == '\r') break;
-    line_ += *byte;
+    if (byte == '\n' || byte == '\r') break;
+    line_ += byte;
     if (line_.size() > longest_line) fail("a line of at most 65536 bytes");
   }
   if (!has_any) --line_number_;
@@ -62,17 +171,21 @@ std::optional<std::string_view> TextFile::next() {
   return std::nullopt;
 }
 
-void TextFile::fail(const std::string& expected) const {
-  throw InputError(file_ + ":" + std::to_string(line_number_) + ": expected " + expected);
-}
+void TextFile::fail(const std::string& expected) const { fail("expected ", expected); }
 
-void TextFile::fail_at_end(const std::string& expected) const {
-  throw InputError(file_ + ":" + std::to_string(line_number_) + ": end of file; expected " + expected);
+void TextFile::fail(const char* how, const std::string& expected) const {
+  throw InputError(file_ + ":" + std::to_string(line_number_) + ": " + how + expected);
 }
 
 double TextFile::number(std::string_view field, const std::string& what) const {
   const std::optional<double> value = finite_number(field);
   if (!value) fail("a finite number for " + what + ", not " + shown(field));
+  return *value;
+}
+
+std::int64_t TextFile::integer(std::string_view field, const std::string& what) const {
+  const std::optional<std::int64_t> value = whole_number(field);
+  if (!value) fail("an integer for " + what + ", not " + shown(field));
   return *value;
 }
 

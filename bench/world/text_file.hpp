@@ -1,18 +1,64 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "bench/world/input_error.hpp"
-
 #include <cstddef>
 #include <cstdint>
 #include <fstream>
-#include <functional>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <vector>
 
+// What readers of text files share: errors, lines, fields and numbers.
+
 namespace maxlogdet::sim {
+
+/// Unusable input: one line that names the file, the line, and what was expected.
+class InputError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// Throws an InputError with this message unless a condition holds.
+inline void require_input(bool holds, const std::string& message) {
+  if (!holds) throw InputError(message);
+}
+
+/// Returns a message as one line of limited length, whatever file names or fields it contains.
+std::string one_line(std::string message);
+
+/// Returns a text without the blanks, tabs and carriage returns at both ends.
+std::string_view trimmed(std::string_view text);
+
+/// Returns the fields between blanks and tabs.
+std::vector<std::string_view> split_at_blanks(std::string_view text);
+
+/// Returns what separates the fields of a line of CSV outside of quotes: ';' or, without one, a tab that is no blank
+/// behind a comma; otherwise ','.
+char separator_of(std::string_view line);
+
+/// Returns the fields of a line of CSV as pandas, R and spreadsheets write it: they may have quotes (RFC 4180) and
+/// blanks around them. Where commas do not separate, they are decimal: 1,5 becomes 1.5.
+std::vector<std::string> split_csv(std::string_view line, char separator);
+
+/// The same with the line's own separator.
+inline std::vector<std::string> split_csv(std::string_view line) { return split_csv(line, separator_of(line)); }
+
+/// Returns whether a field says that there is no value, as NA of R and nan of pandas do.
+bool is_missing(std::string_view field);
+
+/// Returns a field as messages show it.
+std::string shown(std::string_view field);
+
+/// Returns the number that the entire field is, in any locale; nothing if it is none or not finite.
+std::optional<double> finite_number(std::string_view field);
+
+/// Returns the integer that the entire field is; also of 12.0 and 1e3, up to where doubles are exact.
+std::optional<std::int64_t> whole_number(std::string_view field);
+
+/// Returns what the entire field says, as 1, true, T, FALSE and so on.
+std::optional<bool> truth(std::string_view field);
 
 /// A text file, line by line, for readers whose errors name the line. Lines end in LF, CRLF or CR. UTF-16, other
 /// data with a zero byte, and lines and files that never end, are refused.
@@ -27,21 +73,21 @@ class TextFile {
 
   /// Throw an InputError about the last line read, or about what is missing at the end.
   [[noreturn]] void fail(const std::string& expected) const;
-  [[noreturn]] void fail_at_end(const std::string& expected) const;
+  [[noreturn]] void fail_at_end(const std::string& expected) const { fail("end of file; expected ", expected); }
 
-  /// Returns the finite number that a field of the last line is; otherwise fails with a message that names `what`.
+  /// Return the finite number, or the integer, that a field of the last line is; otherwise fail with a message that
+  /// names `what`.
   double number(std::string_view field, const std::string& what) const;
+  std::int64_t integer(std::string_view field, const std::string& what) const;
 
  private:
-  std::optional<char> next_byte();
+  [[noreturn]] void fail(const char* how, const std::string& expected) const;
   bool read_line();
 
   std::string file_;
   std::ifstream stream_;
-  std::vector<char> buffer_;
-  std::size_t buffered_ = 0, next_ = 0;  // bytes of the buffer
-  std::size_t size_ = 0;                 // of the file, as far as it is read
-  bool is_after_return_ = false;         // the last byte was CR: an LF belongs to it
+  std::size_t size_ = 0;          // of the file, as far as it is read
+  bool is_after_return_ = false;  // the last byte was CR: an LF belongs to it
   std::string line_;
   std::size_t line_number_ = 0;
 };

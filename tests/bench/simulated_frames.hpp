@@ -2,8 +2,7 @@
 #pragma once
 
 #include "bench/world/frame.hpp"
-#include "bench/world/image_grid.hpp"
-#include "bench/world/projection.hpp"
+#include "bench/world/pose_optimizer.hpp"
 #include "bench/world/se3.hpp"
 #include "tests/support/random_geometry.hpp"
 #include "tests/support/support.hpp"
@@ -24,6 +23,7 @@ namespace maxlogdet::test {
 using sim::Frame;
 using sim::Match;
 using sim::Pose;
+using Subset = std::vector<std::uint32_t>;
 
 enum class FrameKind { monocular, stereo, depth, fisheye, rig };
 constexpr FrameKind frame_kinds[] = {FrameKind::monocular, FrameKind::stereo, FrameKind::depth, FrameKind::fisheye,
@@ -47,10 +47,6 @@ inline Pose to_pose(const RigidTransform& T) {
   return sim::pose_of(rows);
 }
 
-inline RigidTransform random_transform(Random& random, double metres, double radians) {
-  return random_pose(random, metres, radians);
-}
-
 inline sim::FrameCamera simulated_camera(Random& random, FrameKind kind) {
   const PinholeCamera pinhole(450, 460, 376, 240), wide(190, 191, 376, 240);
   sim::FrameCamera camera(pinhole);
@@ -62,8 +58,8 @@ inline sim::FrameCamera simulated_camera(Random& random, FrameKind kind) {
     case FrameKind::rig:
       camera.rig = {Camera::radial_tangential(pinhole, -0.1, 0.02, 1e-3, -1e-3), Camera::double_sphere(wide, -0.2, 0.6),
                     Camera(pinhole)};
-      camera.rig[1].T_cb = random_transform(random, 0.2, 0.3);
-      camera.rig[2].T_cb = random_transform(random, 0.2, 1.5);
+      camera.rig[1].T_cb = random_pose(random, 0.2, 0.3);
+      camera.rig[2].T_cb = random_pose(random, 0.2, 1.5);
       break;
   }
   return camera;
@@ -135,19 +131,18 @@ inline void add_errors(Random& random, Frame& frame, double sigmas = 1) {
   }
 }
 
-/// An error N(0, tau^2 I), px, for each cell of the image.
-inline std::vector<Eigen::Vector2d> random_field(Random& random, double tau, std::size_t cells) {
-  std::vector<Eigen::Vector2d> field(cells);
-  for (Eigen::Vector2d& of_cell : field) of_cell = {tau * normal(random), tau * normal(random)};
-  return field;
-}
-
-/// Adds to matches the error of their cell. Cells are those of the measurements before.
-inline void add_field(Frame& frame, const sim::ImageGrid& grid, const std::vector<Eigen::Vector2d>& field) {
-  for (Match& match : frame.matches) {
-    const Eigen::Vector2d& of_cell = field[grid.cell_of(frame, match)];
-    shift(match, of_cell.x(), of_cell.y());
+/// Frames of n matches each; `add(frame)` gives them errors. Optimisation starts a little beside the true pose.
+template <class Add>
+std::vector<Frame> simulated_recording(Random& random, FrameKind kind, std::size_t frames, std::size_t n,
+                                       const Add& add, int octaves = 8) {
+  std::vector<Frame> recording;
+  for (std::size_t i = 0; i < frames; ++i) {
+    recording.push_back(simulated_frame(random, kind, n, octaves));
+    Frame& frame = recording.back();
+    add(frame);
+    frame.T_cw_prior = sim::to_rows(random_pose(random, 0.02, 0.002) * sim::pose_of(*frame.T_cw_true));
   }
+  return recording;
 }
 
 /// The same frame in another unit of length.
@@ -175,10 +170,28 @@ inline Frame in_unit(Frame frame, double per_metre) {
   return frame;
 }
 
-inline std::vector<std::uint32_t> all_matches(const Frame& frame) {
-  std::vector<std::uint32_t> all(frame.matches.size());
+inline Subset all_matches(const Frame& frame) {
+  Subset all(frame.matches.size());
   std::iota(all.begin(), all.end(), 0U);
   return all;
 }
+
+inline Pose pose_of(const Frame& frame) { return sim::pose_of(frame.T_cw_prior); }
+
+inline void set_covariance(Frame& frame, std::size_t i, const Eigen::Matrix3d& covariance) {
+  frame.map_covariances.resize(frame.matches.size());
+  std::copy_n(covariance.data(), 9, frame.map_covariances[i].begin());
+}
+
+/// Options with which an estimate is the optimum except for rounding.
+inline sim::PoseOptions precise(sim::PoseMethod method = sim::PoseMethod::gauss_newton) {
+  sim::PoseOptions options;
+  options.method = method;
+  options.max_iterations = 100;
+  options.step_tolerance = 1e-12;
+  return options;
+}
+
+inline sim::Vector6 difference(const Pose& a, const Pose& b) { return sim::log_se3(a * b.inverse()); }
 
 }  // namespace maxlogdet::test

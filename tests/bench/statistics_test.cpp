@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "bench/world/statistics.hpp"
-
-#include "bench/does_the_paper_hold/estimate.hpp"
+// The random numbers of simulations, and the text of tables.
 #include "bench/world/draws.hpp"
 #include "bench/world/table.hpp"
 #include "tests/support/support.hpp"
@@ -17,7 +15,6 @@ namespace maxlogdet::test {
 namespace {
 
 using sim::Draws;
-using sim::Estimate;
 
 TEST(Draws, uniform_ones_fill_their_range_evenly) {
   TracedRandom random;
@@ -60,19 +57,6 @@ TEST(Draws, normal_ones_have_the_moments_of_a_standard_normal) {
   EXPECT_NEAR(squares_of_neighbours, 0, 5 * 2 * deviation);
 }
 
-TEST(Draws, normal3_has_three_independent_entries_of_the_deviation) {
-  TracedRandom random;
-  Draws draws(random.seed());
-  const std::size_t n = trials(50000);
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-  for (std::size_t i = 0; i < n; ++i) {
-    const Eigen::Vector3d x = draws.normal3(0.5);
-    covariance += x * x.transpose() / static_cast<double>(n);
-  }
-  const double bound = 5 * std::sqrt(2 / static_cast<double>(n)) * 0.25;
-  EXPECT_LT((covariance - 0.25 * Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff(), bound);
-}
-
 TEST(Draws, streams_share_no_number) {
   std::set<std::uint64_t> numbers;
   const auto add = [&](Draws draws) {
@@ -108,63 +92,8 @@ TEST(Draws, shuffle_front_is_uniform_and_keeps_all_values) {
   }
 }
 
-TEST(MeanOf, is_as_computed_by_hand) {
-  const Estimate ten = sim::mean_of({1, 2, 3, 4, 5, 6, 7, 8, 9, 10});
-  EXPECT_DOUBLE_EQ(ten.value, 5.5);
-  EXPECT_NEAR(ten.ci95, 2.16587, 1e-4) << "2.2622 * 3.02765 / sqrt(10)";
-  EXPECT_TRUE(std::isnan(sim::mean_of({7}).ci95)) << "one value has no interval";
-}
-
-// Of 1, 3, 30, 31, 99 and 100000 degrees of freedom, from tables.
-TEST(MeanOf, takes_the_quantile_of_student_for_any_number_of_values) {
-  const auto quantile_at = [](std::size_t n) {
-    std::vector<double> values(n, 0.0);
-    for (std::size_t i = 0; i < n; i += 2) values[i] = 1;
-    const double mean = sim::mean_of(values).value;
-    const auto count = static_cast<double>(n);
-    const double deviation = std::sqrt(count * mean * (1 - mean) / (count - 1));
-    return sim::mean_of(values).ci95 * std::sqrt(count) / deviation;
-  };
-  EXPECT_NEAR(quantile_at(2), 12.706204736432, 1e-9);
-  EXPECT_NEAR(quantile_at(4), 3.1824, 1e-4);
-  EXPECT_NEAR(quantile_at(31), 2.0423, 1e-4);
-  EXPECT_NEAR(quantile_at(32), 2.0395, 1e-3);
-  EXPECT_NEAR(quantile_at(100), 1.9842, 1e-3);
-  EXPECT_NEAR(quantile_at(100001), 1.9600, 1e-3);
-}
-
-TEST(RmsOf, is_as_computed_by_hand) {
-  const Estimate estimate = sim::rms_of({3, -4});
-  EXPECT_DOUBLE_EQ(estimate.value, std::sqrt(12.5));
-  EXPECT_NEAR(estimate.ci95, 0.970133, 1e-6) << "1.959964 * 3.5 / (2 sqrt(12.5))";
-}
-
-// The delta method is for large samples: with 300 errors the coverage is one per cent less.
-TEST(RmsOf, its_interval_covers_the_deviation_in_about_95_percent_of_samples) {
-  TracedRandom random;
-  Draws draws(random.seed());
-  const auto runs = static_cast<double>(trials(4000));
-  double covered = 0;
-  for (double run = 0; run < runs; ++run) {
-    std::vector<double> errors;
-    for (int i = 0; i < 300; ++i) errors.push_back(0.1 * draws.normal());
-    const Estimate estimate = sim::rms_of(errors);
-    if (std::abs(estimate.value - 0.1) <= estimate.ci95) covered += 1 / runs;
-  }
-  EXPECT_NEAR(covered, 0.95, 5 * std::sqrt(0.95 * 0.05 / runs) + 0.01);
-}
-
-TEST(QuantileOf, is_linear_between_order_statistics) {
-  for (const double q : {0.0, 0.25, 0.5, 0.75, 1.0}) EXPECT_DOUBLE_EQ(sim::quantile_of({4, 1, 3, 2}, q), 1 + 3 * q);
-  for (const double q : {0.0, 0.3, 1.0}) EXPECT_EQ(sim::quantile_of({7}, q), 7);
-}
-
-TEST(Table, goes_to_csv) {
+TEST(Table, goes_to_csv_and_to_markdown_padded_by_characters_and_not_by_bytes) {
   EXPECT_EQ(sim::to_csv({{"a", "b"}, {{"1", "2"}, {"", "x y"}}}), "a,b\n1,2\n,x y\n");
-  EXPECT_EQ(sim::to_csv({{"a"}, {}}), "a\n");
-}
-
-TEST(Table, goes_to_markdown_padded_by_characters_and_not_by_bytes) {
   EXPECT_EQ(sim::to_markdown({{"name", "ε"}, {{"a", "1.0 ± 0.1"}, {"longer", "2"}}}),
             "| name   | ε         |\n"
             "|--------|-----------|\n"
@@ -172,7 +101,7 @@ TEST(Table, goes_to_markdown_padded_by_characters_and_not_by_bytes) {
             "| longer | 2         |\n");
 }
 
-TEST(Exact, reads_back_as_the_same_double) {
+TEST(Exact, reads_back_as_the_same_double_and_is_short) {
   TracedRandom random;
   Draws draws(random.seed());
   for (std::size_t trial = trials(20000); trial > 0; --trial) {
@@ -183,13 +112,8 @@ TEST(Exact, reads_back_as_the_same_double) {
     const std::string text = sim::exact(value);
     ASSERT_EQ(std::strtod(text.c_str(), nullptr), value) << text;
   }
-}
-
-TEST(Exact, is_short_and_names_nan_and_infinity) {
   EXPECT_EQ(sim::exact(0.1), "0.1");
-  EXPECT_EQ(sim::exact(-2), "-2");
   EXPECT_EQ(sim::exact(nan), "nan");
-  EXPECT_EQ(sim::exact(-std::numeric_limits<double>::infinity()), "-inf");
 }
 
 TEST(Fixed, has_that_many_decimals) {
@@ -197,8 +121,6 @@ TEST(Fixed, has_that_many_decimals) {
   EXPECT_EQ(sim::fixed(-0.06, 1), "-0.1");
   EXPECT_EQ(sim::fixed(12, 0), "12");
   EXPECT_EQ(sim::fixed(nan, 3), "-");
-  EXPECT_EQ(sim::fixed(Estimate{1.234, 0.056}, 2), "1.23 ± 0.06");
-  EXPECT_EQ(sim::fixed(Estimate{1.234, nan}, 2), "1.23");
   const double large = -std::numeric_limits<double>::max();
   EXPECT_EQ(std::strtod(sim::fixed(large, 3).c_str(), nullptr), large) << "no digit is cut";
 }

@@ -3,7 +3,7 @@
 
 #include "bench/does_the_paper_hold/tracking_report.hpp"
 #include "bench/world/hash.hpp"
-#include "bench/world/outlier_rejection.hpp"
+#include "bench/world/pose_optimizer.hpp"
 #include "tests/bench/flight.hpp"
 #include "tests/support/support.hpp"
 

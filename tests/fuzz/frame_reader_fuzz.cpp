@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Any bytes as a frame file (docs/frame_format.md): a frame that blocks can be made of, or one InputError.
 #include "bench/world/frame_reader.hpp"
-#include "bench/world/image_grid.hpp"
-#include "bench/world/input_error.hpp"
 #include "bench/world/names.hpp"
+#include "bench/world/text_file.hpp"
 #include "tests/fuzz/fuzz.hpp"
 
 #include <Eigen/Core>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "bench/world/input_error.hpp"
+#include "bench/world/text_file.hpp"
 #include "tests/support/support.hpp"
 
 #include <gtest/gtest.h>

@@ -11,7 +11,7 @@ MARGIN = 1.05
 
 
 def quantile(values, share):
-    """Linear between order statistics (R's type 7), as in bench/world/statistics.hpp."""
+    """Linear between order statistics (R's type 7), like quantile_of() of bench/does_it_help."""
     values = sorted(values)
     at = share * (len(values) - 1)
     below = int(at)

@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Rewrites what README.md and docs/trackers.md say of ORB-SLAM2's frames, from what `maxlogdet evaluate` wrote.
+"""Rewrites the figures of frames in README.md and docs/.
 
-Usage: write_evaluation.py RESULTS SET SET    RESULTS: the folder that bench/run does_it_help fills
+Usage: write_pages.py evaluation RESULTS SET SET    from what `maxlogdet evaluate` wrote into RESULTS/SET
+       write_pages.py wrong_matches FILE            from what maxlogdet_wrong_matches has printed
 """
 
 import pathlib
@@ -14,7 +15,6 @@ from maxlogdet_tools.project import ROOT
 from maxlogdet_tools.runs import stamp
 
 PAGE = ROOT / "docs/trackers.md"
-COMMAND = "does_it_help"
 RECORDINGS = ["first recording", "second recording"]
 BUDGETS = [30, 100, 200]
 PARTS = ["translation", "rotation"]
@@ -67,16 +67,22 @@ def sentences(sets):
         "rejected outliers among all matches.")
 
 
-def main():
-    if len(sys.argv) != 4:
-        sys.exit(__doc__)
-    results = pathlib.Path(sys.argv[1])
-    sets = {name: json_of(results / name / "evaluation.json") for name in sys.argv[2:]}
+def write_evaluation(results, *names):
+    sets = {name: json_of(pathlib.Path(results) / name / "evaluation.json") for name in names}
     rewrite(ROOT / "README.md", "worth", sentences(sets))
     rewrite(PAGE, "orb_slam2_same_frame", section(sets))
-    stamp(ROOT / "README.md", COMMAND)
-    stamp(PAGE, COMMAND)
+    stamp(ROOT / "README.md", "does_it_help")
+    stamp(PAGE, "does_it_help")
+
+
+def write_wrong_matches(file):
+    page = ROOT / "docs/performance.md"
+    *rows, sentences_of_rows = pathlib.Path(file).read_text().splitlines()
+    rewrite(page, "wrong_matches", [*rows, *paragraph(sentences_of_rows)])
+    stamp(page, "does_it_help --wrong")
 
 
 if __name__ == "__main__":
-    main()
+    if len(sys.argv) not in (3, 5):
+        sys.exit(__doc__)
+    {"evaluation": write_evaluation, "wrong_matches": write_wrong_matches}[sys.argv[1]](*sys.argv[2:])

@@ -1,0 +1,371 @@
+// SPDX-License-Identifier: MIT
+// What evaluations conclude: of simulated frames whose errors are known, and of given numbers.
+#include "bench/does_it_help/report.hpp"
+
+#include "tests/bench/simulated_frames.hpp"
+#include "tests/support/support.hpp"
+
+#include <string>
+
+namespace maxlogdet::test {
+namespace {
+
+using sim::Cost;
+using sim::Evaluation;
+using sim::EvaluationOptions;
+using sim::EvaluationRow;
+using sim::Interval;
+using sim::Statistic;
+using sim::Verdict;
+
+bool contains(const Interval& interval, double value) { return interval.low <= value && value <= interval.high; }
+
+// The interval, `factor` times as wide to each side of the value.
+Interval widened(const Statistic& estimate, double factor) {
+  return {estimate.value + factor * (estimate.interval.low - estimate.value),
+          estimate.value + factor * (estimate.interval.high - estimate.value)};
+}
+
+void expect_begins(const std::string& text, const std::string& beginning) {
+  EXPECT_EQ(text.rfind(beginning, 0), 0U) << text;
+}
+
+Evaluation evaluated(const std::vector<Frame>& frames, std::vector<std::size_t> budgets = {30, 60, 100}) {
+  EvaluationOptions options;
+  options.budgets = std::move(budgets);
+  options.repeats = 4;
+  return sim::evaluate({frames}, options, 2);
+}
+
+// Whether a number is where the model has it; intervals of resamples of eight blocks are too narrow.
+bool is_near(const Statistic& estimate, double expected) { return contains(widened(estimate, 2), expected); }
+
+// E|x_S - x_all|^2 over the variance of x_all, from the growth of the standard deviation.
+double squared(double growth) { return (1 + growth) * (1 + growth) - 1; }
+
+std::vector<Frame> independent_recording(Random& random, FrameKind kind, std::size_t frames, double sigmas = 1) {
+  return simulated_recording(random, kind, frames, 200, [&](Frame& frame) { add_errors(random, frame, sigmas); });
+}
+
+class EvaluationOf : public ::testing::TestWithParam<FrameKind> {};
+
+TEST_P(EvaluationOf, independent_errors_of_the_modelled_size_has_ratios_of_one_and_no_correlation) {
+  TracedRandom random;
+  const Evaluation evaluation = evaluated(independent_recording(random, GetParam(), 80));
+  EXPECT_NEAR(evaluation.inliers, 0.995 * 200, 0.8) << "the limits are quantiles, of a scale that scatters";
+  double values = 0, log_ratios = 0;
+  std::size_t far_outside = 0;
+  for (const EvaluationRow& row : evaluation.rows) {
+    if (row.selector != "md" && row.selector != "md_spread" && row.selector != "random_gated") continue;
+    for (const Cost& cost : row.costs) {
+      const double ratio = squared(cost.growth.value) / squared(cost.predicted);
+      EXPECT_NEAR(ratio, 1, 0.4) << row.selector << ' ' << row.budget;
+      log_ratios += std::log(ratio);
+      far_outside += is_near(cost.growth, cost.predicted) ? 0 : 1;
+      ++values;
+    }
+  }
+  EXPECT_NEAR(log_ratios / values, 0, 0.12);
+  EXPECT_LE(far_outside, 1U) << "of 18";
+  for (const Statistic& chi2 : evaluation.chi2_by_leverage) {
+    EXPECT_NEAR(chi2.value, 1, 0.1);
+    EXPECT_TRUE(is_near(chi2, 1));
+  }
+  EXPECT_TRUE(is_near(evaluation.cell_correlation, 0));
+  EXPECT_NEAR(evaluation.cell_correlation.value, 0, 0.02);
+  EXPECT_FALSE(verdict_of(evaluation).shares_errors);
+  for (const Cost& cost : evaluation.row("aligned", 0)->costs) EXPECT_LT(cost.growth.value, 0.1);
+}
+
+INSTANTIATE_TEST_SUITE_P(EveryKindOfFrame, EvaluationOf, ::testing::ValuesIn(frame_kinds),
+                         [](const auto& of) { return to_string(of.param); });
+
+// The deviations and the pose of all inliers are measured on the same scale.
+TEST(EvaluationOfErrors, smaller_or_larger_than_modelled_change_chi2_and_not_the_growth) {
+  TracedRandom random;
+  const std::vector<Frame> frames = independent_recording(random, FrameKind::stereo, 60);
+  const auto model = [&](double sigmas) {
+    std::vector<Frame> modelled = frames;
+    for (Frame& frame : modelled) {
+      for (Match& match : frame.matches) match.inv_sigma2 /= sigmas * sigmas;
+    }
+    return evaluated(modelled);
+  };
+  const Evaluation expected = model(1);
+  for (const double sigmas : {0.4, 0.5, 2.5}) {
+    SCOPED_TRACE(sigmas);
+    const Evaluation evaluation = model(sigmas);
+    EXPECT_NEAR(evaluation.chi2 * sigmas * sigmas, 1, 0.1);
+    for (const Statistic& chi2 : evaluation.chi2_by_leverage) EXPECT_NEAR(chi2.value * sigmas * sigmas, 1, 0.15);
+    EXPECT_NEAR(evaluation.cell_correlation.value, 0, 0.03);
+    ASSERT_EQ(evaluation.rows.size(), expected.rows.size());
+    for (std::size_t i = 0; i < expected.rows.size(); ++i) {
+      for (const std::size_t part : {0U, 1U}) {
+        const double growth = evaluation.rows[i].costs[part].growth.value;
+        EXPECT_NEAR((1 + growth) / (1 + expected.rows[i].costs[part].growth.value), 1, 0.12)
+            << "Huber's loss is another";
+      }
+    }
+  }
+}
+
+// Matches of equal noise, sigma = 1 px.
+std::vector<Frame> sharing_recording(Random& random, std::size_t frames, double tau, double scale = 1) {
+  const auto add = [&](Frame& frame) {
+    std::vector<Eigen::Vector2d> field(sim::noise_grid.cells());
+    for (Eigen::Vector2d& of_cell : field) of_cell = {scale * tau * normal(random), scale * tau * normal(random)};
+    for (Match& match : frame.matches) {
+      const Eigen::Vector2d& shared = field[sim::noise_grid.cell_of(frame, match)];
+      shift(match, shared.x(), shared.y());
+    }
+    add_errors(random, frame, scale);
+  };
+  return simulated_recording(random, FrameKind::stereo, frames, 300, add, 1);
+}
+
+TEST(EvaluationOfErrors, that_cells_share_are_found_of_their_true_size) {
+  TracedRandom random;
+  for (const double tau : {0.3, 0.6, 1.0}) {
+    SCOPED_TRACE(tau);
+    // Scaled down, so that the gate takes none of the larger errors away.
+    const double scale = 1 / std::sqrt(1 + tau * tau);
+    const Evaluation evaluation = evaluated(sharing_recording(random, 60, tau, scale));
+    const double correlation = tau * tau / (1 + tau * tau);
+    const Statistic& found = evaluation.cell_correlation;
+    // The pose takes 6 of the 96 shared errors of a frame, which is not corrected: some 6 % of them. The rest is what
+    // 60 frames leave of chance, other on each compiler, which may order the draws of an expression as it likes.
+    EXPECT_NEAR(found.value, 0.94 * correlation, 0.15 * correlation);
+    EXPECT_GT(found.interval.low, 0);
+    EXPECT_LT(found.interval.high - found.interval.low, 0.5 * correlation);
+    if (tau < 0.6) continue;
+    EXPECT_TRUE(verdict_of(evaluation).shares_errors);
+    EXPECT_NE(verdict_of(evaluation).text.find("share errors"), std::string::npos);
+    if (tau < 1) continue;  // of smaller ones 60 frames do not always show what they do to the pose
+    const Cost& translation = evaluation.row("md", 30)->costs[0];
+    EXPECT_GT(translation.growth.interval.low, translation.predicted);
+  }
+}
+
+TEST(EvaluationOfErrors, independent_ones_make_selection_pay) {
+  TracedRandom random;
+  const auto frames = simulated_recording(random, FrameKind::stereo, 40, 300, [&](Frame& frame) {
+    add_errors(random, frame);
+    frame.has_selection = true;
+    std::vector<std::uint32_t> all = all_matches(frame);
+    for (std::size_t i = 0; i < 100; ++i) {
+      std::swap(all[i], all[i + random.index(all.size() - i)]);
+      frame.matches[all[i]].is_selected = true;
+    }
+  });
+  const std::vector<std::size_t> budgets = {30, 60, 100, 150, 200};
+  const Evaluation evaluation = evaluated(frames, budgets);
+  for (const std::size_t budget : budgets) {
+    for (const std::size_t part : {0U, 1U}) {
+      const Cost& md = evaluation.row("md", budget)->costs[part];
+      EXPECT_LT(md.of_random.interval.high, 1);
+      EXPECT_LT(md.of_random.value, 0.8);
+      EXPECT_TRUE(contains(md.of_random.interval, md.of_random.value));
+      EXPECT_EQ(evaluation.row("random_gated", budget)->costs[part].of_random.value, 1);
+      EXPECT_NEAR(evaluation.row("random", budget)->costs[part].of_random.value, 1.1, 0.3);
+    }
+  }
+  // A random selection, drawn here.
+  const EvaluationRow& own = *evaluation.row("own", 100);
+  EXPECT_EQ(own.budget, 100U);
+  for (const std::size_t part : {0U, 1U}) {
+    EXPECT_TRUE(
+        contains(widened(own.costs[part].growth, 1.5), evaluation.row("random_gated", 100)->costs[part].growth.value));
+  }
+  const Verdict verdict = verdict_of(evaluation);
+  expect_begins(verdict.text, "Max-logDet pays: with 100 of some 29");
+  EXPECT_EQ(verdict.recommended, "md");
+}
+
+// Far off, with any direction.
+void spoil(Random& random, Frame& frame, double share) {
+  for (Match& match : frame.matches) {
+    if (random.chance(share)) shift(match, random.uniform(-60, 60), random.uniform(-60, 60));
+  }
+}
+
+TEST(EvaluationOfErrors, of_wrong_matches_show_what_the_gate_brings) {
+  TracedRandom random;
+  const auto frames = simulated_recording(random, FrameKind::stereo, 20, 300, [&](Frame& frame) {
+    add_errors(random, frame);
+    spoil(random, frame, 0.12);
+  });
+  const Evaluation evaluation = evaluated(frames, {60});
+  EXPECT_NEAR(evaluation.inliers / evaluation.matches, 0.88, 0.03);
+  EXPECT_NEAR(evaluation.row("random", 60)->wrong.value, 0.12, 0.03);
+  EXPECT_LT(evaluation.row("random_gated", 60)->wrong.value, 0.01);
+  EXPECT_LT(evaluation.row("md", 60)->wrong.value, 0.01);
+  EXPECT_GT(evaluation.row("md_ungated", 60)->wrong.value, 0.05);
+  EXPECT_LT(evaluation.row("aligned", 0)->wrong.value, 0.01);
+  for (const std::size_t part : {0U, 1U}) {
+    EXPECT_LT(evaluation.row("aligned", 0)->costs[part].growth.value, 0.1);
+    EXPECT_LT(evaluation.row("md", 60)->costs[part].growth.value,
+              evaluation.row("md_ungated", 60)->costs[part].growth.value);
+  }
+}
+
+void round_to_float32(Frame& frame) {
+  for (Match& match : frame.matches) {
+    for (double* const number :
+         {match.point, match.point + 1, match.point + 2, &match.u, &match.v, &match.u_right, &match.depth}) {
+      *number = static_cast<float>(*number);
+    }
+  }
+}
+
+TEST(EvaluationOfErrors, that_are_rounding_cannot_tell) {
+  TracedRandom random;
+  for (const FrameKind kind : frame_kinds) {
+    for (const double noise : {0.0, 1e-9, 1e-6, 1e-4, nan}) {
+      const bool is_float32 = std::isnan(noise);  // as a tracker in float32 records without noise
+      if (is_float32 && (kind == FrameKind::fisheye || kind == FrameKind::rig)) continue;
+      SCOPED_TRACE(std::string(to_string(kind)) + " " + std::to_string(noise));
+      const auto frames = simulated_recording(random, kind, 12, 60, [&](Frame& frame) {
+        if (noise > 0) add_errors(random, frame, noise);
+        if (is_float32) return round_to_float32(frame);
+        frame.matches[0].v += 100;  // a wrong one
+      });
+      const std::string text = to_text(evaluated(frames, {20, 40}));
+      expect_begins(text, "These frames cannot tell: their residuals are rounding errors");
+      EXPECT_EQ(text.find('|'), std::string::npos) << "tables of rounding errors";
+    }
+  }
+}
+
+TEST(EvaluationOfErrors, far_below_the_modelled_ones_are_noise_all_the_same) {
+  TracedRandom random;
+  const auto frames =
+      simulated_recording(random, FrameKind::stereo, 12, 160, [&](Frame& frame) { add_errors(random, frame, 0.05); });
+  expect_begins(to_text(evaluated(frames, {100})), "Max-logDet pays: with 100 of some ");
+}
+
+Statistic within_tenth(double value) { return {value, {0.9 * value, 1.1 * value}}; }
+
+// Of a growth in translation and in rotation, and both squared deviations over those of random matches.
+EvaluationRow row_of(const std::string& selector, std::size_t budget, double m, double rad, double m_of_random = 0.5,
+                     double rad_of_random = 0.5) {
+  EvaluationRow row;
+  row.selector = selector;
+  row.budget = budget;
+  row.has_budget = selector != "aligned";
+  row.frames = 50;
+  row.costs[0].growth = within_tenth(m);
+  row.costs[1].growth = within_tenth(rad);
+  row.costs[0].of_random = within_tenth(m_of_random);
+  row.costs[1].of_random = within_tenth(rad_of_random);
+  return row;
+}
+
+Evaluation evaluation_of(std::vector<EvaluationRow> rows) {
+  Evaluation evaluation;
+  evaluation.frames = 50;
+  evaluation.matches = 350;
+  evaluation.inliers = 300;
+  evaluation.chi2 = evaluation.median_chi2 = 1;
+  evaluation.chi2_by_leverage.fill(within_tenth(1));
+  evaluation.cell_correlation = within_tenth(0.01);
+  evaluation.rows = std::move(rows);
+  evaluation.rows.push_back(row_of("random_gated", 100, 0.6, 0.5, 1, 1));
+  evaluation.rows.push_back(row_of("aligned", 290, 0.02, 0.03));
+  return evaluation;
+}
+
+// Max-logDet at the usual budget alone.
+Verdict verdict_at(double m, double rad, double m_of_random, double rad_of_random) {
+  return verdict_of(evaluation_of({row_of("md", 100, m, rad, m_of_random, rad_of_random)}));
+}
+
+std::string all_of(const std::vector<std::string>& texts) {
+  std::string all;
+  for (const std::string& text : texts) all += text + "\n";
+  return all;
+}
+
+void expect_begins(const Verdict& verdict, const std::string& text) { expect_begins(verdict.text, text); }
+
+void expect_advice(const Verdict& verdict, const std::string& text) {
+  EXPECT_NE(all_of(verdict.advice).find(text), std::string::npos) << all_of(verdict.advice);
+}
+
+TEST(Verdict, names_the_parts_in_which_a_selection_is_better_or_worse_than_random) {
+  expect_begins(verdict_at(0.1, 0.2, 0.5, 0.6), "Max-logDet pays: with 100 of some 300 inliers the standard deviation");
+  expect_begins(verdict_at(0.1, 0.2, 0.5, 1.3),
+                "Max-logDet pays in translation, but in rotation it is worse than random: with 100");
+  expect_begins(
+      verdict_at(0.1, 0.2, 1, 0.5),
+      "Max-logDet pays in rotation, but in translation these frames show no difference from random: with 100");
+  expect_begins(verdict_at(0.1, 0.2, 1.3, 1.3), "Max-logDet does not help here: with 100");
+  expect_begins(verdict_at(0.1, 0.2, 1.3, 1),
+                "Max-logDet does not help here, and is worse than random in translation: with 100");
+  expect_begins(verdict_at(0.1, 0.2, 1, 1), "These frames cannot tell whether Max-logDet helps: with 100");
+  EXPECT_EQ(verdict_at(0.1, 0.2, 0.5, 1.3).recommended, "md");
+  EXPECT_EQ(verdict_at(0.1, 0.2, 1.3, 1.3).recommended, "aligned");
+}
+
+TEST(Verdict, advises_the_smallest_budget_for_each_growth) {
+  const Verdict verdict = verdict_of(
+      evaluation_of({row_of("md", 60, 0.19, 0.3), row_of("md", 100, 0.12, 0.19, 0.5, 1.02),
+                     row_of("md", 150, 0.04, 0.08), row_of("md", 200, 0.03, 0.06), row_of("md", 230, 0.01, 0.01)}));
+  expect_begins(verdict, "Max-logDet pays");
+  expect_advice(verdict, "at most 5 %, 230; at most 10 %, 150; at most 20 %, 100 (no better than random in rotation).");
+  expect_advice(verdict,
+                "For the pose alone, do not select, take pose(): its standard deviation grows by 2.0 % (1.8 to");
+}
+
+TEST(Verdict, does_not_advise_a_selection_whose_growth_no_budget_limits) {
+  const Verdict verdict = verdict_of(evaluation_of({row_of("md", 100, 0.4, 0.3), row_of("md", 200, 0.21, 0.1)}));
+  expect_begins(verdict,
+                "Do not select, take pose(): no budget that was tried keeps the growth of the standard deviation "
+                "within 20 %. Max-logDet is "
+                "better than random: with 100");
+  EXPECT_EQ(verdict.recommended, "aligned");
+  expect_advice(verdict, "For later steps, use all inliers, or try larger --budgets.");
+}
+
+TEST(Verdict, does_not_advise_a_pose_that_is_far_from_that_of_all) {
+  Evaluation evaluation = evaluation_of({row_of("md", 100, 0.1, 0.1)});
+  evaluation.rows.back() = row_of("aligned", 290, 0.02, 0.4);
+  expect_advice(verdict_of(evaluation), "For the pose alone, optimise with all inliers, not pose(), whose");
+  evaluation.rows[0] = row_of("md", 100, 0.4, 0.4);
+  expect_begins(verdict_of(evaluation), "Do not select, optimise with all inliers: no budget that was tried keeps");
+}
+
+TEST(Verdict, names_errors_that_matches_share) {
+  Evaluation evaluation = evaluation_of({row_of("md", 100, 0.4, 0.3), row_of("md_spread", 100, 0.1, 0.1)});
+  evaluation.cell_correlation = within_tenth(0.1);
+  expect_begins(verdict_of(evaluation),
+                "Your matches share errors: residuals of neighbours are correlated by 0.10. Max-logDet spread over the "
+                "image pays: with 100");
+  EXPECT_EQ(verdict_of(evaluation).recommended, "md_spread");
+  evaluation.cell_correlation.interval.low = 0.01;
+  EXPECT_FALSE(verdict_of(evaluation).shares_errors) << "by chance";
+}
+
+TEST(Verdict, explains_chi2_that_rises_with_leverage) {
+  Evaluation evaluation = evaluation_of({row_of("md", 100, 0.1, 0.1)});
+  evaluation.chi2_by_leverage.back() = within_tenth(2);
+  expect_begins(verdict_of(evaluation), "Max-logDet pays");
+  expect_advice(verdict_of(evaluation), "chi-squared is 2.00, and that of all 1.00. Growth is measured, so it stands.");
+}
+
+TEST(Verdict, cannot_tell_without_noise_frames_or_a_choice) {
+  Evaluation evaluation = evaluation_of({row_of("md", 100, 0.1, 0.1)});
+  evaluation.rows[0].frames = 9;
+  expect_begins(verdict_of(evaluation), "These frames cannot tell: only 9 have more than 100 matches");
+  evaluation.rows[0].frames = 0;
+  expect_begins(verdict_of(evaluation), "These frames cannot tell: none has more matches than the smallest budget.");
+  evaluation = evaluation_of({row_of("md", 241, 0.1, 0.1)});
+  expect_begins(verdict_of(evaluation), "These frames cannot tell: 241 matches are nearly all of some 300 inliers");
+  evaluation.median_chi2 = 1e-7;
+  evaluation.cell_correlation = within_tenth(0.3);
+  expect_begins(verdict_of(evaluation), "These frames cannot tell: their residuals are rounding errors");
+  EXPECT_FALSE(verdict_of(evaluation).shares_errors);
+  EXPECT_TRUE(verdict_of(evaluation).advice.empty());
+}
+
+}  // namespace
+}  // namespace maxlogdet::test
