@@ -99,7 +99,7 @@ TEST_F(Evaluate, prints_and_writes_one_object_with_the_keys_of_the_page) {
   EXPECT_EQ(json.at("chi2_by_leverage").size(), 10U);
 
   const std::set<std::string> estimate = {"value", "low", "high"};
-  EXPECT_EQ(json.at("selectors").size(), 2U * 9 + 2) << "at each budget, and without: own, aligned";
+  EXPECT_EQ(json.at("selectors").size(), 2U * 6 + 2) << "at each budget, and without: own, aligned";
   for (const Json& row : json.at("selectors")) {
     EXPECT_EQ(row.at("frames"), 12);
     EXPECT_EQ(row.at("true_steps"), 11);
