@@ -10,7 +10,6 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 
 namespace maxlogdet::test {
@@ -317,8 +316,6 @@ TEST(Screening, leaves_few_for_float64_on_ordinary_frames) {
         Selector selector(2000);
         const Selection selection = selector.select(blocks, options);
         EXPECT_LE(selection.float64_decisions, 8U * selection.size) << to_string(strategy);
-        std::printf("%s %s %s: %zu decided in float64, %zu evaluated\n", frame.name.c_str(), kind.name,
-                    to_string(strategy), selection.float64_decisions, selection.evaluations);
       }
     }
   }
