@@ -4,7 +4,7 @@
 import hashlib
 import re
 
-from maxlogdet_tools.project import ROOT
+from maxlogdet_tools.files import ROOT
 
 KEYWORDS = re.compile(
     r"(return|const|constexpr|auto|using|typedef|namespace|template|static|static_assert|for|while|break|continue|case|"

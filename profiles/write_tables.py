@@ -9,10 +9,8 @@ import collections
 import re
 import sys
 
-from maxlogdet_tools.files import json_of
-from maxlogdet_tools.pages import paragraph, rewrite, table
-from maxlogdet_tools.project import ROOT
-from maxlogdet_tools.runs import stamp
+from maxlogdet_tools.files import ROOT, json_of
+from maxlogdet_tools.pages import paragraph, rewrite, stamp, table
 
 PAGE = ROOT / "docs/profiles.md"
 RECORDS = ROOT / "profiles"

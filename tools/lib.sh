@@ -48,22 +48,6 @@ build_benchmarks() {
   configure_release "$1" -DMAXLOGDET_BUILD_TESTS=ON -DMAXLOGDET_BUILD_BENCHMARKS=ON && cmake --build "$1" --target "${@:2}"
 }
 
-# same_library FOLDER: results there that are of another state of the library are removed, so that no page mixes states; with
-# --tables-only as second argument they are kept, and the script ends.
-same_library() {
-  local state
-  state=$(run_python -m maxlogdet_tools.runs --state)
-  if [ "$(cat "$1/library" 2>/dev/null)" != "$state" ]; then
-    if [ "${2:-}" = --tables-only ]; then
-      echo "$1 has no results of this state of the library ($state): run it without --tables-only" >&2
-      exit 2
-    fi
-    rm -rf "$1"
-    mkdir -p "$1"
-    echo "$state" >"$1/library"
-  fi
-}
-
 show_progress() {
   local start=$SECONDS
   sleep 2

@@ -9,10 +9,8 @@ Usage: write_pages.py evaluation RESULTS SET SET    from what `maxlogdet evaluat
 import pathlib
 import sys
 
-from maxlogdet_tools.files import json_of
-from maxlogdet_tools.pages import paragraph, rewrite, table
-from maxlogdet_tools.project import ROOT
-from maxlogdet_tools.runs import stamp
+from maxlogdet_tools.files import ROOT, json_of
+from maxlogdet_tools.pages import paragraph, rewrite, stamp, table
 
 PAGE = ROOT / "docs/trackers.md"
 RECORDINGS = ["first recording", "second recording"]

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 // The program maxlogdet_simulate: the experiments of Zhao & Vela's paper. Each prints its tables, and writes them as
 // CSV.
-#include "bench/does_the_paper_hold/epsilon_experiment.hpp"
-#include "bench/does_the_paper_hold/metrics_experiment.hpp"
-#include "bench/does_the_paper_hold/tracking_report.hpp"
+#include "bench/does_the_paper_hold/epsilon.hpp"
+#include "bench/does_the_paper_hold/metrics.hpp"
+#include "bench/does_the_paper_hold/tracking.hpp"
 #include "bench/world/command_line.hpp"
 #include "bench/world/data_folder.hpp"
 #include "bench/world/names.hpp"
@@ -31,14 +31,11 @@ struct Experiment {
   std::string output = "simulation";
 
   void add_to(CLI::App& command) {
-    command.add_option("--runs", runs, "Repetitions with other random numbers")
-        ->check(CLI::Range(1, 1'000'000))
-        ->capture_default_str();
+    command.add_option("--runs", runs, "Repetitions with other random numbers")->check(CLI::Range(1, 1'000'000));
     command.add_option("--threads", threads, "Runs at the same time; 0: as many as processors")
-        ->check(CLI::Range(0, 1024))
-        ->capture_default_str();
-    command.add_option("--seed", seed_text, "Same seed, same errors, for any number of threads")->capture_default_str();
-    command.add_option("--output", output, "Folder for the tables")->capture_default_str();
+        ->check(CLI::Range(0, 1024));
+    command.add_option("--seed", seed_text, "Same seed, same errors, for any number of threads");
+    command.add_option("--output", output, "Folder for the tables");
   }
 
   void start() const {
@@ -64,60 +61,51 @@ struct Experiment {
   }
 };
 
-void add_metrics(CLI::App& program) {
-  struct Arguments : Experiment {
-    MetricsOptions options;
-  };
-  const auto arguments = std::make_shared<Arguments>();
-  CLI::App* const command =
-      program.add_subcommand("metrics", "Section III: metrics of greedy selection, pose from points of a biased map");
-  arguments->runs = 300;
-  arguments->add_to(*command);
-  MetricsOptions& options = arguments->options;
-  command->add_option("--sizes", options.sizes, "Subset sizes")
-      ->delimiter(',')
-      ->check(CLI::Range(std::size_t{6}, options.points))
-      ->capture_default_str();
-  command->add_option("--map-bias", options.map_bias, "Mean of the map error in x, y and z, m")
-      ->check(CLI::Range(-1.0, 1.0))
-      ->capture_default_str();
-  command->callback([arguments] {
-    arguments->start();
-    arguments->options.seed = arguments->seed();
-    const auto runs =
-        arguments->run_all(arguments->runs, [&](std::size_t run) { return run_metrics(arguments->options, run); });
-    arguments->save("metrics", metrics_table(arguments->options, runs));
-    arguments->save("metrics_means", metrics_means(arguments->options, runs));
-  });
-}
+struct Metrics : Experiment {
+  MetricsOptions options;
 
-void add_epsilon(CLI::App& program) {
-  struct Arguments : Experiment {
-    EpsilonOptions options;
-  };
-  const auto arguments = std::make_shared<Arguments>();
-  CLI::App* const command =
-      program.add_subcommand("epsilon", "Section IV: cost and benefit of the decay factor of stochastic greedy");
-  arguments->threads = 1;  // it measures time
-  arguments->add_to(*command);
-  command->add_option("--sizes", arguments->options.sizes, "Numbers of candidates n")
-      ->delimiter(',')
-      ->check(CLI::Range(10, 20'000))
-      ->capture_default_str();
-  command->callback([arguments] {
-    arguments->start();
-    EpsilonOptions& options = arguments->options;
-    options.seed = arguments->seed();
+  Metrics() { runs = 300; }
+
+  void add_to(CLI::App& command) {
+    Experiment::add_to(command);
+    command.add_option("--sizes", options.sizes, "Subset sizes")
+        ->delimiter(',')
+        ->check(CLI::Range(std::size_t{6}, options.points));
+    command.add_option("--map-bias", options.map_bias, "Mean of the map error in x, y and z, m")
+        ->check(CLI::Range(-1.0, 1.0));
+  }
+
+  void run() {
+    options.seed = seed();
+    const auto all = run_all(runs, [&](std::size_t run) { return run_metrics(options, run); });
+    save("metrics", metrics_table(options, all));
+    save("metrics_means", metrics_means(options, all));
+  }
+};
+
+struct Epsilon : Experiment {
+  EpsilonOptions options;
+
+  Epsilon() { threads = 1; }  // it measures time
+
+  void add_to(CLI::App& command) {
+    Experiment::add_to(command);
+    command.add_option("--sizes", options.sizes, "Numbers of candidates n")
+        ->delimiter(',')
+        ->check(CLI::Range(10, 20'000));
+  }
+
+  void run() {
+    options.seed = seed();
     const std::size_t sizes = options.sizes.size();
     std::vector<EpsilonOutcome> all;
-    for (const auto& run : arguments->run_all(arguments->runs * sizes, [&](std::size_t i) {
-           return run_epsilon(options, options.sizes[i % sizes], i / sizes);
-         })) {
+    for (const auto& run : run_all(
+             runs * sizes, [&](std::size_t i) { return run_epsilon(options, options.sizes[i % sizes], i / sizes); })) {
       all.insert(all.end(), run.begin(), run.end());
     }
-    arguments->save("epsilon", epsilon_table(options, all));
-  });
-}
+    save("epsilon", epsilon_table(options, all));
+  }
+};
 
 // Section V: trackers along trajectories.
 struct Tracking : Experiment {
@@ -130,21 +118,16 @@ struct Tracking : Experiment {
     command.add_option("--trajectories", trajectories,
                        "Folder of trajectories in TUM format (*.txt), body to world, one frame for each pose; by "
                        "default euroc_ground_truth of the recorded data (MAXLOGDET_DATA)");
-    command.add_option("--sequences", sequences, "Only the trajectories with these names")
-        ->delimiter(',')
-        ->capture_default_str();
-    command.add_option("--seconds", seconds, "Only the first seconds of each; 0: all")
-        ->check(CLI::Range(0.0, 1e9))
-        ->capture_default_str();
+    command.add_option("--sequences", sequences, "Only the trajectories with these names")->delimiter(',');
+    command.add_option("--seconds", seconds, "Only the first seconds of each; 0: all")->check(CLI::Range(0.0, 1e9));
   }
 
   std::vector<Trajectory> read() const {
     require_input(!trajectories.empty() || !data_folder().empty(),
                   "no recorded trajectories here; expected --trajectories with their folder");
-    std::vector<Trajectory> all =
-        read_trajectories(trajectories.empty() ? data_folder() + "/euroc_ground_truth" : trajectories);
     std::vector<Trajectory> chosen;
-    for (Trajectory& one : all) {
+    for (Trajectory& one :
+         read_trajectories(trajectories.empty() ? data_folder() + "/euroc_ground_truth" : trajectories)) {
       if (!sequences.empty() && std::count(sequences.begin(), sequences.end(), one.name) == 0) continue;
       auto& poses = one.poses;
       while (seconds > 0 && poses.size() > 3 && poses.back().time > poses.front().time + seconds) poses.pop_back();
@@ -155,15 +138,10 @@ struct Tracking : Experiment {
     return chosen;
   }
 
-  // Selectors go by their kinds, or by `names`.
-  TrackingRuns track(const std::vector<SelectorSettings>& selectors, std::vector<std::string> names = {}) const {
-    start();
+  TrackingRuns track(const std::vector<SelectorSettings>& selectors, const std::vector<std::string>& names) const {
     const std::vector<Trajectory> chosen = read();
     TrackingRuns result;
-    result.selectors = std::move(names);
-    if (result.selectors.empty()) {
-      for (const SelectorSettings& one : selectors) result.selectors.emplace_back(to_string(one.kind));
-    }
+    result.selectors = names;
     const std::uint64_t number = seed();
     const auto outcomes = run_all(chosen.size() * runs, [&](std::size_t i) {
       return run_tracking({}, selectors, chosen[i / runs], number, i % runs);
@@ -177,53 +155,68 @@ struct Tracking : Experiment {
     }
     return result;
   }
+
+  TrackingRuns track_selectors_of_the_paper() const {
+    std::vector<SelectorSettings> selectors;
+    for (const SelectorKind kind : selector_kinds) selectors.push_back(paper_selector(kind));
+    return track(selectors, names_of(selector_kinds));
+  }
 };
 
-std::vector<SelectorSettings> selectors_of_the_paper() {
-  std::vector<SelectorSettings> selectors;
-  for (const SelectorKind kind : selector_kinds) selectors.push_back(paper_selector(kind));
-  return selectors;
-}
+struct Budget : Tracking {
+  Budget() { sequences = {"MH_05_difficult"}; }
 
-void add_budget(CLI::App& program) {
-  const auto arguments = std::make_shared<Tracking>();
-  CLI::App* const command = program.add_subcommand("budget", "Section V-A: accuracy over the number of features");
-  arguments->sequences = {"MH_05_difficult"};
-  arguments->add_to(*command);
-  command->callback([arguments] {
+  void run() const {
     std::vector<SelectorSettings> selectors;
-    std::vector<std::string> names;
+    std::vector<std::string> budgets;
     for (std::size_t budget = 80; budget <= 200; budget += 10) {
       selectors.push_back(paper_selector(SelectorKind::md, budget));
-      names.push_back(std::to_string(budget));
+      budgets.push_back(std::to_string(budget));
     }
     selectors.push_back(paper_selector(SelectorKind::inl));
-    std::vector<std::string> all = names;
-    all.emplace_back("inl");
-    arguments->save("budget", differences_table(arguments->track(selectors, all), names, {"inl"}));
+    std::vector<std::string> names = budgets;
+    names.emplace_back("inl");
+    save("budget", differences_table(track(selectors, names), budgets, {"inl"}));
+  }
+};
+
+struct Euroc : Tracking {
+  void run() const {
+    const TrackingRuns all = track_selectors_of_the_paper();
+    save("euroc_sequences", sequences_table(all));
+    save("euroc_means", means_table(all));
+    save("euroc_differences", differences_table(all, {"md", "quality_md"}, all.selectors));
+  }
+};
+
+struct Time : Tracking {
+  Time() {
+    sequences = {"MH_05_difficult"};
+    runs = 1;
+    threads = 1;
+  }
+
+  void run() const { save("time", times_table(track_selectors_of_the_paper())); }
+};
+
+template <class Subcommand>
+void add(CLI::App& program, const char* name, const char* description) {
+  CLI::App* const command = program.add_subcommand(name, description);
+  command->option_defaults()->always_capture_default();
+  const auto experiment = std::make_shared<Subcommand>();
+  experiment->add_to(*command);
+  command->callback([experiment] {
+    experiment->start();
+    experiment->run();
   });
 }
 
-void add_euroc(CLI::App& program) {
-  const auto arguments = std::make_shared<Tracking>();
-  CLI::App* const command = program.add_subcommand("euroc", "Sections V-B and V-D: selectors along real trajectories");
-  arguments->add_to(*command);
-  command->callback([arguments] {
-    const TrackingRuns runs = arguments->track(selectors_of_the_paper());
-    arguments->save("euroc_sequences", sequences_table(runs));
-    arguments->save("euroc_means", means_table(runs));
-    arguments->save("euroc_differences", differences_table(runs, {"md", "quality_md"}, runs.selectors));
-  });
-}
-
-void add_time(CLI::App& program) {
-  const auto arguments = std::make_shared<Tracking>();
-  CLI::App* const command = program.add_subcommand("time", "Section V-E: time of selectors");
-  arguments->sequences = {"MH_05_difficult"};
-  arguments->runs = 1;
-  arguments->threads = 1;
-  arguments->add_to(*command);
-  command->callback([arguments] { arguments->save("time", times_table(arguments->track(selectors_of_the_paper()))); });
+void add_all(CLI::App& program) {
+  add<Metrics>(program, "metrics", "Section III: metrics of greedy selection, pose from points of a biased map");
+  add<Epsilon>(program, "epsilon", "Section IV: cost and benefit of the decay factor of stochastic greedy");
+  add<Budget>(program, "budget", "Section V-A: accuracy over the number of features");
+  add<Euroc>(program, "euroc", "Sections V-B and V-D: selectors along real trajectories");
+  add<Time>(program, "time", "Section V-E: time of selectors");
 }
 
 }  // namespace
@@ -231,11 +224,5 @@ void add_time(CLI::App& program) {
 
 int main(int argc, char** argv) {
   return maxlogdet::sim::run_program("maxlogdet_simulate", "The experiments of Zhao & Vela's paper, as tables.", argc,
-                                     argv, [](CLI::App& program) {
-                                       maxlogdet::sim::add_metrics(program);
-                                       maxlogdet::sim::add_epsilon(program);
-                                       maxlogdet::sim::add_budget(program);
-                                       maxlogdet::sim::add_euroc(program);
-                                       maxlogdet::sim::add_time(program);
-                                     });
+                                     argv, maxlogdet::sim::add_all);
 }

@@ -2,7 +2,7 @@
 #include "bench/does_the_paper_hold/mapped_world.hpp"
 
 #include "bench/world/angles.hpp"
-#include "bench/world/euroc_camera.hpp"
+#include "bench/world/scene.hpp"
 
 #include <algorithm>
 #include <cmath>

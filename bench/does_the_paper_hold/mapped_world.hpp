@@ -46,7 +46,6 @@ class MappedWorld {
 
   /// Returns the camera pose of the last frame.
   const Pose& true_T_cw() const { return T_cw_; }
-  std::size_t keyframes() const { return keyframes_; }
 
   struct Landmark {
     Eigen::Vector3d position;  ///< true, m

@@ -7,6 +7,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace maxlogdet::sim {
 namespace {
@@ -23,6 +24,18 @@ bool exceeds(const Matrix12& Q, double eigenvalue) {
   return Eigen::LLT<Matrix12>(shifted).info() == Eigen::Success;
 }
 
+// F's upper half by the series of its generator: J_l = sum ad^n / (n + 1)!, and Ad = I + ad J_l.
+Eigen::Matrix<double, 6, 12> powers_of_motion(const Vector6& v) {
+  Matrix6 ad = Matrix6::Zero();
+  ad.topLeftCorner<3, 3>() = ad.bottomRightCorner<3, 3>() = skew(v.tail<3>());
+  ad.topRightCorner<3, 3>() = skew(v.head<3>());
+  Matrix6 term = Matrix6::Identity(), J = term;
+  for (int n = 2; !term.isZero(1e-18); ++n) J += term = (term * ad / n).eval();
+  Eigen::Matrix<double, 6, 12> powers;
+  powers << Matrix6::Identity() + ad * J, J;
+  return powers;
+}
+
 }  // namespace
 
 void ObservabilitySelection::add_pose(const Pose& T_cw) {
@@ -36,9 +49,7 @@ std::vector<Matrix12> ObservabilitySelection::information(const Frame& frame,
   Pose end = pose_of(frame.T_cw_prior);
   for (std::size_t back = 0; back < std::max<std::size_t>(poses_.size(), 1); ++back) {
     const Pose begin = poses_.empty() ? end : poses_[poses_.size() - 1 - back];
-    const Pose motion = end * begin.inverse();
-    Eigen::Matrix<double, 6, 12> powers;  // F's upper half
-    powers << adjoint(motion), left_jacobian(log_se3(motion));
+    const Eigen::Matrix<double, 6, 12> powers = powers_of_motion(log_se3(end * begin.inverse()));
     for (std::size_t c = 0; c < candidates.size(); ++c) {
       LinearizedMatch at_end;
       if (!linearize(frame.camera, end, frame.matches[candidates[c]], false, at_end)) continue;
@@ -57,8 +68,7 @@ std::vector<std::uint32_t> ObservabilitySelection::select(const Frame& frame,
                                                           double epsilon, Draws& draws) const {
   const std::vector<Matrix12> information_of = information(frame, candidates);
   std::vector<std::uint32_t> remaining(candidates.size());
-  for (std::uint32_t i = 0; i < remaining.size(); ++i) remaining[i] = i;
-
+  std::iota(remaining.begin(), remaining.end(), 0U);
   k = std::min(k, candidates.size());
   const double share = static_cast<double>(candidates.size()) / static_cast<double>(std::max<std::size_t>(k, 1));
   const auto sample = static_cast<std::size_t>(std::ceil(share * std::log(1 / epsilon)));

@@ -14,8 +14,6 @@ namespace {
 
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
-constexpr double prior_information = 1e-5;
-
 // det(I + Y Y^T), given Y^T.
 double determinant(const Eigen::Matrix<double, 6, 2>& y) {
   const double off_diagonal = y.col(0).dot(y.col(1));
@@ -96,7 +94,7 @@ class FixedSizeSelector : public EigenSelector {
   std::size_t at_most_all(std::size_t budget) const { return std::min(budget, size()); }
 
   void start() {
-    information_ = prior_information * Matrix6::Identity();
+    information_ = Matrix6(common_prior());
     indices_.clear();
     for (std::size_t i = 0; i < pool_.size(); ++i) pool_[i] = static_cast<std::uint32_t>(i);
     factorise();
@@ -123,7 +121,7 @@ class FixedSizeSelector : public EigenSelector {
   std::vector<std::uint32_t> store_indices_;  // of the blocks
   std::vector<std::uint32_t> pool_;           // its first entries are the remaining candidates
   std::vector<double> gains_;                 // as last evaluated
-  Matrix6 information_ = prior_information * Matrix6::Identity();
+  Matrix6 information_ = Matrix6(common_prior());
   Matrix6 inverse_ = Matrix6::Identity();  // of its lower Cholesky factor
 };
 

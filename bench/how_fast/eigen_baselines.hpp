@@ -6,6 +6,7 @@
 #include <maxlogdet/feature_match.hpp>
 #include <maxlogdet/inputs.hpp>
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -19,7 +20,17 @@ namespace maxlogdet::bench {
 
 #define MAXLOGDET_BENCH_EXPORT __attribute__((visibility("default")))
 
-/// Selects with the prior 1e-5 I. A gain is det(I + Y Y^T), Y = H L^-T, after one factorisation per round. load()
+/// The prior of all selections that are compared: 1e-5 I, 6 x 6, as Options::prior takes it.
+inline const double* common_prior() {
+  static const std::array<double, 36> rows = [] {
+    std::array<double, 36> diagonal{};
+    for (std::size_t i = 0; i < 6; ++i) diagonal[7 * i] = 1e-5;
+    return diagonal;
+  }();
+  return rows.data();
+}
+
+/// Selects with common_prior(). A gain is det(I + Y Y^T), Y = H L^-T, after one factorisation per round. load()
 /// converts the blocks; selecting allocates nothing.
 class MAXLOGDET_BENCH_EXPORT EigenSelector {
  public:

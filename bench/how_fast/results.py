@@ -42,25 +42,21 @@ class Results:
             last = max(found, key=lambda block: block["calls"])
             self.rows.append({**last, **fields_of(name), "times": times, "us": statistics.median(times)})
 
-    def has(self, kind):
-        return any(row["kind"] == kind for row in self.rows)
-
     def find(self, **wanted):
         """The row with these fields; None if it was not measured."""
         return next((row for row in self.rows if all(row.get(key) == value for key, value in wanted.items())), None)
 
-    def isa_of(self, method, isa):
-        return "native" if method.startswith("eigen_") else isa or self.widest
+    def of(self, method, isa, **wanted):
+        return self.find(method=method, isa="native" if method.startswith("eigen_") else isa or self.widest, **wanted)
 
     def tracker(self, method, matches, n="465", caches="hot", k="100", isa=None):
-        return self.find(kind="tracker", method=method, matches=matches, n=n, caches=caches, k=k,
-                         isa=self.isa_of(method, isa))  # fmt: skip
+        return self.of(method, isa, kind="tracker", matches=matches, n=n, caches=caches, k=k)
 
     def grid(self, method, isa=None, **where):
         """The row of a method at the base point, changed by `where`."""
         if "stochastic" in method:
             where.setdefault("epsilon", "0.1")
-        return self.find(**{**BASE, "method": method, "isa": self.isa_of(method, isa), **where})
+        return self.of(method, isa, **{**BASE, **where})
 
     def noise(self):
         """By how much the two halves of the run differ: those of the baseline, whose blocks are interleaved with all others,
@@ -91,9 +87,11 @@ def times(value):
     return "–" if math.isnan(value) else f"{value:.0f}" if value >= 10 else f"{value:.1f}"
 
 
-def printed_ratio(slow, fast):
-    """The ratio of two times as us() writes them, so that a reader who divides finds the same."""
-    return "–" if "–" in (slow, fast) else times(float(slow) / float(fast))
+def against(eigen, ours):
+    """The cells of both times and of their ratio: that of the times as they are written, so that a reader who divides finds
+    the same."""
+    cells = [us(eigen), us(ours)]
+    return [*cells, "–" if "–" in cells else times(float(cells[0]) / float(cells[1]))]
 
 
 def lost(row, best):

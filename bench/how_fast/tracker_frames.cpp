@@ -10,7 +10,6 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <string>
 #include <utility>
@@ -28,15 +27,14 @@ constexpr double prediction_error[] = {0.02, 0.1 * sim::radians};  // m, rad
 std::vector<std::array<double, 9>> stereo_covariances(const sim::Frame& frame, double distance, double sigma) {
   sim::Pose T_cw = sim::pose_of(frame.T_cw_prior);
   T_cw.pretranslate(Eigen::Vector3d(0, 0, distance));
-  std::vector<std::array<double, 9>> covariances(frame.matches.size());
-  for (std::size_t i = 0; i < covariances.size(); ++i) {
-    sim::Match match = frame.matches[i];
+  std::vector<std::array<double, 9>> covariances;
+  for (sim::Match match : frame.matches) {
     match.u_right = 0;  // stereo; the Jacobian does not depend on the value
-    covariances[i].fill(std::numeric_limits<double>::quiet_NaN());
     sim::LinearizedMatch at;
-    if (!linearize(frame.camera, T_cw, match, true, at)) continue;
+    linearize(frame.camera, T_cw, match, true, at);
     const Eigen::Matrix3d inverse = at.H_p.inverse();
-    Eigen::Map<Eigen::Matrix3d>(covariances[i].data()) =
+    covariances.emplace_back();
+    Eigen::Map<Eigen::Matrix3d>(covariances.back().data()) =
         sigma * sigma / match.inv_sigma2 * inverse * inverse.transpose();
   }
   return covariances;
@@ -49,11 +47,7 @@ TrackerFrame::TrackerFrame(const Kind& kind, std::size_t n, std::uint64_t seed)
   if (kind.weighting == Weighting::measurement_and_map) {
     frame.map_covariances = stereo_covariances(frame, metres_since_triangulation, triangulation_sigma);
   }
-  arrays = std::make_unique<sim::MatchArrays>(frame);
-  matches = arrays->view();
-  matches.has_depth_cue = nullptr;  // null: all matches have one
-  store.reserve(matches.size);
-  build(store);
+  arrays.assign(frame);
   measure(seed);
 }
 
@@ -83,6 +77,8 @@ void TrackerFrame::measure(std::uint64_t seed) {
 }
 
 void TrackerFrame::build(BlockStore& blocks) const {
+  Matches matches = arrays.view();
+  matches.has_depth_cue = nullptr;  // null: all matches have one
   blocks.clear();
   append_blocks(frame.camera, RigidTransform::row_major(frame.T_cw_prior.data()), matches, options, blocks);
 }
@@ -90,9 +86,7 @@ void TrackerFrame::build(BlockStore& blocks) const {
 const TrackerFrames& frames_of(const Kind& kind, std::size_t n) {
   static std::map<std::pair<std::string, std::size_t>, TrackerFrames> kept;
   TrackerFrames& frames = kept[{kind.name, n}];
-  for (std::uint64_t seed = 1; frames.size() < frame_count; ++seed) {
-    frames.push_back(std::make_unique<TrackerFrame>(kind, n, seed));
-  }
+  for (std::uint64_t seed = 1; frames.size() < frame_count; ++seed) frames.emplace_back(kind, n, seed);
   return frames;
 }
 

@@ -1,18 +1,18 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Rewrites the tables of what was measured: in README.md, docs/performance.md and docs/threading.md.
+"""Rewrites the tables of what was measured: in README.md, docs/performance.md, docs/threading.md and, after a run of all
+cases, docs/maintenance.md, which also needs the record of profiles/run.
 
-Usage: write_pages.py BENCH.json    write_targets.py writes the targets.
+Usage: write_pages.py BENCH.json
 """
 
 import itertools
 import math
 import sys
 
-from maxlogdet_tools.pages import paragraph, rewrite, table
-from maxlogdet_tools.project import ROOT
-from maxlogdet_tools.runs import stamp
-from results import CACHES, ISAS, KINDS, MONOCULAR, STEREO, Results, lost, printed_ratio, ratio, times, us
+from maxlogdet_tools.files import ROOT, json_of
+from maxlogdet_tools.pages import paragraph, rewrite, stamp, table
+from results import CACHES, ISAS, KINDS, MONOCULAR, STEREO, Results, against, lost, ratio, times, us
 
 SIZES = ["200", "465", "1000", "2000"]
 
@@ -22,9 +22,9 @@ SIZES = ["200", "465", "1000", "2000"]
 
 def plan(results):
     """What to expect, for the first screen."""
-    row = lambda matches, k: results.tracker("good_features", matches, caches="cold", k=k)
+    row = lambda matches, k="100": results.tracker("good_features", matches, caches="cold", k=k)
     whole = lambda found, counter="us": "–" if found is None else f"{found[counter]:.0f}"
-    mono, stereo = row(MONOCULAR, "100"), row(STEREO, "100")
+    mono, stereo = row(MONOCULAR), row(STEREO)
     return paragraph(
         "**Keep the default strategy, `lazy_greedy`. To align 465 matches and to select 100 of them, plan for",
         f"{whole(mono)} µs per monocular frame and {whole(stereo)} µs per stereo frame.** To select 200, plan for",
@@ -75,8 +75,8 @@ def alignment(results):
 def against_eigen(results):
     rows = []
     for matches, n in itertools.product(KINDS, SIZES):
-        eigen, ours = (us(results.tracker(method, matches, n, "cold")) for method in ("eigen_lazy_scan", "blocks_and_select"))
-        rows.append([KINDS[matches], n, eigen, ours, printed_ratio(eigen, ours)])
+        eigen, ours = (results.tracker(method, matches, n, "cold") for method in ("eigen_lazy_scan", "blocks_and_select"))
+        rows.append([KINDS[matches], n, *against(eigen, ours)])
     return table(["matches", "n", "Eigen: selection alone, median, µs", "maxlogdet: blocks and selection, median, µs",
                   "Eigen ÷ maxlogdet (ratio)"], rows)  # fmt: skip
 
@@ -93,10 +93,10 @@ def tracker_latency(results):
     """The table of README.md."""
     rows = []
     for matches, caches in itertools.product(KINDS, CACHES):
-        row = lambda method: results.tracker(method, matches, caches=caches)
-        everything, eigen = row("good_features"), [row("eigen_align"), row("eigen_lazy_scan")]
+        everything, align, *eigen = (results.tracker(method, matches, caches=caches) for method in
+                                     ("good_features", "align", "eigen_align", "eigen_lazy_scan"))  # fmt: skip
         both = "–" if None in eigen else f"{sum(of_one['us'] for of_one in eigen):.1f}"
-        rows.append([KINDS[matches], caches, us(everything), us(everything, "p99_us"), us(row("align")), both])
+        rows.append([KINDS[matches], caches, us(everything), us(everything, "p99_us"), us(align), both])
     return [
         *paragraph(
             "The library aligns 465 matches of a simulated frame, of which 12 % are wrong, and selects 100. *Hot*",
@@ -128,51 +128,47 @@ POINTS = [  # label, what differs from the base point
 def settings(results):
     rows = []
     for label, where in POINTS:
-        ours = us(results.grid("lazy_greedy", **where))
-        eigen = us(results.grid("eigen_lazy_scan", **where)) if "isa" not in where else "–"
-        if ours != "–":
-            rows.append([label, eigen, ours, printed_ratio(eigen, ours)])
+        eigen = None if "isa" in where else results.grid("eigen_lazy_scan", **where)
+        ours = results.grid("lazy_greedy", **where)
+        if ours is not None:
+            rows.append([label, *against(eigen, ours)])
     return table(["setting", "Eigen, median, µs", "maxlogdet, median, µs", "Eigen ÷ maxlogdet (ratio)"], rows)
 
 
 def strategies(results):
     best = results.grid("lazy_greedy")
     rows = []
-    for method, counterpart, epsilon in (("lazy_greedy", "eigen_lazy_scan", None), ("greedy", None, None),
-                                         ("stochastic_greedy", "eigen_stochastic", "0.1"),
-                                         ("stochastic_greedy", "eigen_stochastic", "0.01")):  # fmt: skip
-        where = {"epsilon": epsilon} if epsilon else {}
+    for method, eigens, where in (("lazy_greedy", "eigen_lazy_scan", {}), ("greedy", "eigen_greedy", {}),
+                                  *(("stochastic_greedy", "eigen_stochastic", {"epsilon": epsilon})
+                                    for epsilon in ("0.1", "0.01"))):  # fmt: skip
         row = results.grid(method, **where)
-        ours, eigen = us(row), us(results.grid(counterpart, **where)) if counterpart else "–"
-        name = f"`{method}`" + (f", ε = {epsilon}" if epsilon else "")
-        rows.append([name, eigen, ours, printed_ratio(eigen, ours), lost(row, best)])
+        name = f"`{method}`" + "".join(f", ε = {epsilon}" for epsilon in where.values())
+        rows.append([name, *against(results.grid(eigens, **where), row), lost(row, best)])
     return table(["strategy", "Eigen, median, µs", "maxlogdet, median, µs", "Eigen ÷ maxlogdet (ratio)",
                   "loss, mean, nats"], rows)  # fmt: skip
 
 
 # docs/threading.md
 
-THREAD_METHODS = ["greedy", "lazy_greedy"]  # rounds of stochastic_greedy are too short for threads
-
 
 def crossover(results):
     """The gain of several threads, and what the automatic choice costs."""
     found = [row for row in results.rows if row["kind"] == "threads"]
-    several = max(int(row["threads"]) for row in found)
-    find = lambda kind, method, n, threads: results.find(kind=kind, method=method, n=n, threads=str(threads))
-    gain = lambda method, n: ratio(find("threads", method, n, 1), find("threads", method, n, several))
-    costs = [ratio(find("choose", row["method"], row["n"], 0), row)
+    several = max((row["threads"] for row in found), key=int)
+    gain = lambda method, n: ratio(*(results.find(kind="threads", method=method, n=n, threads=threads)
+                                     for threads in ("1", several)))  # fmt: skip
+    costs = [ratio(results.find(kind="choose", method=row["method"], n=row["n"], threads="0"), row)
              for row in results.rows if row["kind"] == "choose" and row["threads"] == "1"]  # fmt: skip
     line = results.find(kind="line")
     trips = int(line["method"].split("_")[0])
     trip, fastest, slowest = (1e3 * time / trips for time in (line["us"], min(line["times"]), max(line["times"])))
-    sizes = sorted({row["n"] for row in found}, key=int)
+    methods = ["greedy", "lazy_greedy"]  # rounds of stochastic_greedy are too short for threads
     return [
         *paragraph(f"The table has the time of one thread divided by the time of {several}, on EuRoC-like simulated",
                    "frames with k = 100 and blocks of two rows."),
         "",
-        *table(["n", *(f"`{name}` (ratio)" for name in THREAD_METHODS)],
-               ([n, *(times(gain(method, n)) for method in THREAD_METHODS)] for n in sizes)),
+        *table(["n", *(f"`{name}` (ratio)" for name in methods)],
+               ([n, *(times(gain(method, n)) for method in methods)] for n in sorted({row["n"] for row in found}, key=int))),
         "",
         *paragraph(f"The round trip of a cache line between the cores took {trip:.0f} ns ({fastest:.0f} to",
                    f"{slowest:.0f}). Up to 5000 candidates, `threads = 0` takes at most {max(costs):.2f} times as",
@@ -180,28 +176,61 @@ def crossover(results):
     ]  # fmt: skip
 
 
-PERFORMANCE, FRONT, THREADING = (ROOT / page for page in ("docs/performance.md", "README.md", "docs/threading.md"))
-# By the kind of the cases: sections, each with its page, and how the stamp names the run.
-SECTIONS = {
-    "tracker": ([(plan, PERFORMANCE), (frames, PERFORMANCE), (alignment, PERFORMANCE), (against_eigen, PERFORMANCE),
-                 (sampling, PERFORMANCE), (tracker_latency, FRONT)], "how_fast --tracker"),
-    "grid": ([(settings, PERFORMANCE), (strategies, PERFORMANCE)], "how_fast"),
-    "threads": ([(crossover, THREADING)], "how_fast --threads"),
-}  # fmt: skip
+# docs/maintenance.md
+
+
+def targets(results):
+    isas = [results.widest, *(["avx2"] if results.widest == "avx512" else [])]
+    rows = []
+
+    def add(case, limit, values, bound):
+        met = [value >= limit for value in values if not math.isnan(value)]
+        verdict = "–" if not met else "yes" if all(met) else "no" if not any(met) else "in part"
+        cells = ["–" if math.isnan(value) else f"{value:.3g}" for value in [*values, math.nan][:2]]
+        rows.append([case, f"≥ {limit:g}", *cells, verdict, bound])
+
+    for n, matches, caches, limit, bound in (
+        ("465", STEREO, "hot", 4, "float64 before full rank, blocks and updates"),
+        ("465", STEREO, "cold", 3, "the first touch of code and data"),
+        ("465", MONOCULAR, "cold", 4, "the first touch of code and data"),
+        ("2000", STEREO, "hot", 4.5, "rounds before full rank, where no bound helps"),
+    ):
+        eigen = results.tracker("eigen_lazy_scan", matches, n, caches)
+        add(f"Eigen ÷ ours, {n} {KINDS[matches]}, {caches}", limit,
+            [ratio(eigen, results.tracker("blocks_and_select", matches, n, caches, isa=isa)) for isa in isas], bound)  # fmt: skip
+    eigen = results.grid("eigen_stochastic")
+    add("Eigen ÷ `stochastic_greedy`, ε = 0.1", 2.5,
+        [ratio(eigen, results.grid("stochastic_greedy", isa=isa)) for isa in isas],
+        "draws and updates, which Eigen pays, too")  # fmt: skip
+    shares = {r["isa"]: r["share_of_peak"] for r in json_of(ROOT / "profiles/roofline.json")["full_round"] if r["rows"] == 2}
+    add("full round ÷ [peak of the core](profiles.md)", 0.8, [shares.get(isas[0], math.nan)],
+        "multiplications that have nothing to add")  # fmt: skip
+    names = [*(ISAS[isa] for isa in isas), "–"][:2]
+    return table(["case (ratio)", "target", *names, "met", "what bounds it"], rows)
+
+
+README, PERFORMANCE, THREADING, MAINTENANCE = (
+    ROOT / page for page in ("README.md", "docs/performance.md", "docs/threading.md", "docs/maintenance.md"))  # fmt: skip
+SECTIONS = [  # the kinds of cases that were measured, how stamps name the run, and what it rewrites
+    ({"tracker"}, "how_fast --tracker", {PERFORMANCE: [plan, frames, alignment, against_eigen, sampling], README: [tracker_latency]}),
+    ({"grid"}, "how_fast", {PERFORMANCE: [settings, strategies]}),
+    ({"threads"}, "how_fast --threads", {THREADING: [crossover]}),
+    ({"tracker", "grid"}, "how_fast", {MAINTENANCE: [targets]}),
+]
 
 
 def main():
     if len(sys.argv) != 2:
         sys.exit(__doc__)
     results = Results(sys.argv[1])
-    for kind, (sections, run) in SECTIONS.items():
-        if not results.has(kind):
+    for kinds, run, pages in SECTIONS:
+        if not kinds <= {row["kind"] for row in results.rows}:
             continue
-        for section, page in sections:
-            lines = section(results)
-            print("\n".join(lines))
-            rewrite(page, section.__name__, lines)
-        for page in dict.fromkeys(page for _, page in sections):
+        for page, sections in pages.items():
+            for section in sections:
+                lines = section(results)
+                print("\n".join(lines))
+                rewrite(page, section.__name__, lines)
             stamp(page, run)
 
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Measures, in frames of 2000 candidates with k = 100, how far stochastic greedy stays behind lazy greedy, and what the
 // proved upper bound of the log det is worth and costs. Writes JSON; bench/how_good/write_distances.py makes sentences.
-#include "bench/world/problem.hpp"
+#include "bench/world/scene.hpp"
 
 #include <maxlogdet/maxlogdet.hpp>
 
@@ -72,12 +72,19 @@ nlohmann::ordered_json measured(const BlockStore& store) {
 }  // namespace maxlogdet::bench
 
 int main() {
-  using namespace maxlogdet::bench;
+  using namespace maxlogdet;
+  using bench::measured, bench::n;
   nlohmann::ordered_json rows;
-  for (const std::string& family : scene_families()) {
-    for (const Blocks blocks :
-         {Blocks::two_rows, Blocks::two_rows_measurement, Blocks::three_rows, Blocks::three_rows_measurement}) {
-      rows.push_back(measured(synthetic_store(family, n, blocks, scene_seed)));
+  for (const sim::Scene scene : sim::scenes) {
+    for (const DepthCue depth_cue : {DepthCue::none, DepthCue::stereo}) {
+      for (const Weighting weighting : {Weighting::map_bias, Weighting::measurement}) {
+        BlockOptions options;
+        options.weighting = weighting;
+        options.depth_cue = depth_cue;
+        BlockStore store(n);
+        build_blocks(make_scene(scene, n, 1), options, store);
+        rows.push_back(measured(store));
+      }
     }
   }
   std::printf("%s\n", rows.dump(1).c_str());

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "bench/world/angles.hpp"
 #include "kernel/base/counter_random.hpp"
 
 #include <Eigen/Core>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <utility>
@@ -27,7 +29,14 @@ class Draws {
   std::uint64_t bits() { return random_.bits(); }
 
   /// Standard normal (Box & Muller 1958).
-  double normal();
+  double normal() {
+    has_spare_ = !has_spare_;
+    if (!has_spare_) return spare_;
+    const double radius = std::sqrt(-2 * std::log(1 - uniform(0, 1)));
+    const double angle = 2 * pi * uniform(0, 1);
+    spare_ = radius * std::sin(angle);
+    return radius * std::cos(angle);
+  }
   /// Three independent normal numbers of mean 0.
   Eigen::Vector3d normal3(double deviation) {
     const double x = normal(), y = normal(), z = normal();

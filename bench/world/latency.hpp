@@ -1,9 +1,14 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "bench/world/progress.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
 #include <cstddef>
-#include <functional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace maxlogdet::sim {
@@ -13,14 +18,33 @@ struct Latency {
   double median = 0;
   double p99 = 0;
   double max = 0;
-  double p999 = 0;  ///< 99.9 %
 };
 
 /// Returns nearest-rank quantiles of the times of single calls; at least one.
-Latency latency_of(std::vector<double> microseconds);
+inline Latency latency_of(std::vector<double> microseconds) {
+  std::sort(microseconds.begin(), microseconds.end());
+  const auto quantile = [&](double q) {
+    const auto rank = static_cast<std::size_t>(std::ceil(q * static_cast<double>(microseconds.size())));
+    return microseconds[std::max<std::size_t>(rank, 1) - 1];
+  };
+  return {quantile(0.5), quantile(0.99), microseconds.back()};
+}
 
 /// Calls `work` once to warm up, and times each of `repeat` further calls (at least one). After two seconds the
 /// progress is shown on stderr, if that is a terminal, under the name `what`.
-Latency measure_latency(const std::string& what, std::size_t repeat, const std::function<void()>& work);
+template <class Work>
+Latency measure_latency(const std::string& what, std::size_t repeat, const Work& work) {
+  using Clock = std::chrono::steady_clock;
+  work();
+  std::vector<double> microseconds(std::max<std::size_t>(repeat, 1));
+  Progress progress(what, "call");
+  for (std::size_t i = 0; i < microseconds.size(); ++i) {
+    const auto start = Clock::now();
+    work();
+    microseconds[i] = std::chrono::duration<double, std::micro>(Clock::now() - start).count();
+    progress.update(i + 1, microseconds.size());
+  }
+  return latency_of(std::move(microseconds));
+}
 
 }  // namespace maxlogdet::sim

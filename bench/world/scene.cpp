@@ -2,7 +2,6 @@
 #include "bench/world/scene.hpp"
 
 #include "bench/world/draws.hpp"
-#include "bench/world/euroc_camera.hpp"
 
 #include <cmath>
 

@@ -9,6 +9,11 @@
 
 namespace maxlogdet::sim {
 
+/// Cam0 of the EuRoC MAV dataset, without its distortion and without a second camera.
+constexpr PinholeCamera euroc_camera{458.654, 457.296, 367.215, 248.375};
+constexpr int euroc_width = 752;   ///< px
+constexpr int euroc_height = 480;  ///< px
+
 /// Families of synthetic frames, from ordinary to hard.
 enum class Scene {
   euroc_like,  ///< 752 x 480 px, fx 458.654, baseline 0.11 m; points all over the image, 2 to 20 m away

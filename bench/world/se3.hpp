@@ -22,12 +22,6 @@ Eigen::Matrix3d skew(const Eigen::Vector3d& v);
 Pose exp_se3(const Vector6& xi);
 Vector6 log_se3(const Pose& T);
 
-/// Ad(T) with T exp(xi^) T^-1 = exp((Ad(T) xi)^).
-Matrix6 adjoint(const Pose& T);
-
-/// d/dt of the pose under exp: exp((xi + delta)^) = exp((left_jacobian(xi) delta)^) exp(xi^) to first order.
-Matrix6 left_jacobian(const Vector6& xi);
-
 /// Returns the angle of a rotation, rad, in [0, pi]; accurate near 0.
 double rotation_angle(const Eigen::Matrix3d& R);
 

@@ -1,12 +1,18 @@
 # SPDX-License-Identifier: MIT
-"""Files of JSON and CSV."""
+"""The checkout, and files of JSON and CSV."""
 
 import csv
 import json
 import pathlib
 import sys
 
-from maxlogdet_tools.project import shown
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+
+
+def shown(path):
+    """A path as messages show it: relative to the checkout if it is in there."""
+    path = pathlib.Path(path)
+    return path.relative_to(ROOT) if path.is_relative_to(ROOT) else path
 
 
 def json_of(file):

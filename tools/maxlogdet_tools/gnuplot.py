@@ -3,13 +3,12 @@
 
 import contextlib
 import math
-import os
 import pathlib
 import subprocess
 import sys
 from typing import NamedTuple
 
-from maxlogdet_tools.project import shown
+from maxlogdet_tools.files import shown
 
 TERMINALS = {
     ".svg": "svg size {width},{height} dynamic noenhanced font 'sans-serif,14' background 'white'",
@@ -25,9 +24,7 @@ set key outside right center reverse Left spacing 1.2
 """
 
 
-class Colour:
-    """Okabe and Ito's colours, which colour-blind people can distinguish."""
-
+class Colour:  # Okabe and Ito's, which colour-blind people can distinguish
     BLACK = "#000000"
     ORANGE = "#e69f00"
     SKY_BLUE = "#56b4e9"
@@ -57,8 +54,8 @@ def number(value):
 
 def data_block(name, rows):
     """The data block $NAME; without rows it holds a point that is not drawn."""
-    lines = [" ".join(number(cell) if isinstance(cell, (int, float, type(None))) else str(cell) for cell in row)
-             for row in rows]
+    text = lambda cell: cell if isinstance(cell, str) else number(cell)
+    lines = [" ".join(map(text, row)) for row in rows]
     return f"${name} << EOD\n" + "".join(line + "\n" for line in lines or ["NaN NaN NaN NaN"]) + "EOD\n"
 
 
@@ -87,15 +84,11 @@ def draw_both(picture, stem):
 
 
 def write_whole(file, content):
-    """Replaces a file once its new content is complete; a symbolic link is kept, and a device is written to."""
-    target = pathlib.Path(os.path.realpath(file))
-    unfinished = target.with_name(target.name + ".new")
+    """Replaces a file once its new content is complete."""
+    unfinished = file.with_name(file.name + ".new")
     try:
-        if target.exists() and not target.is_file():
-            target.write_bytes(content)
-            return
         unfinished.write_bytes(content)
-        os.replace(unfinished, target)
+        unfinished.replace(file)
     except OSError as error:
         with contextlib.suppress(OSError):
             unfinished.unlink()

@@ -13,6 +13,22 @@
 
 namespace maxlogdet::sim {
 
+/// Table I of the paper: metrics that select a subset of rows, Q = 1e-5 I + sum of selected H^T H.
+enum class GreedyMetric {
+  max_log_det,         ///< log det Q, by this library
+  max_trace,           ///< tr Q
+  min_condition,       ///< lambda_max(Q) / lambda_min(Q)
+  max_min_eigenvalue,  ///< lambda_min(Q)
+};
+
+constexpr GreedyMetric greedy_metrics[] = {GreedyMetric::max_log_det, GreedyMetric::max_trace,
+                                           GreedyMetric::min_condition, GreedyMetric::max_min_eigenvalue};
+
+/// Returns all valid candidates in greedy's order: its first k are the greedy selection of k. Ties go to the lowest
+/// index, and values that differ by less than rounding are ties: the smallest eigenvalue is only rounding while Q lacks
+/// a direction.
+std::vector<std::uint32_t> greedy_order(GreedyMetric metric, const BlockStore& blocks);
+
 /// Section III of the paper: pose from perfectly matched points of a biased map, with subsets chosen by each metric.
 struct MetricsOptions {
   std::size_t points = 200;
@@ -23,8 +39,9 @@ struct MetricsOptions {
   std::uint64_t seed = 0;
 };
 
-/// The metrics, `random`, and `all` points, whatever the size.
-std::vector<std::string> metrics_selectors();
+/// In the order of a run's errors: the metrics, `random`, and `all` points, whatever the size.
+constexpr const char* metrics_selectors[] = {"max_log_det",        "max_trace", "min_condition",
+                                             "max_min_eigenvalue", "random",    "all"};
 
 /// One draw of everything that a run needs. Noises are multiples of the same draw, so that panels differ in noise
 /// alone. The tracker guesses that the camera has not moved from the world's origin.
@@ -33,6 +50,9 @@ struct MetricsScene {
   std::vector<Match> matches;                ///< map points, and true pixels
   std::vector<std::array<double, 2>> noise;  ///< of u and v, of deviation 1
   std::vector<std::uint32_t> random_order;
+
+  /// The frame that a tracker sees.
+  Frame frame(double noise_px) const;
 };
 MetricsScene draw_metrics_scene(const MetricsOptions& options, std::uint64_t run);
 

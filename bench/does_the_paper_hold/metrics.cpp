@@ -1,17 +1,21 @@
 // SPDX-License-Identifier: MIT
-#include "bench/does_the_paper_hold/metrics_experiment.hpp"
+#include "bench/does_the_paper_hold/metrics.hpp"
 
 #include "bench/does_the_paper_hold/estimate.hpp"
-#include "bench/does_the_paper_hold/greedy_metric.hpp"
 #include "bench/world/angles.hpp"
 #include "bench/world/draws.hpp"
-#include "bench/world/euroc_camera.hpp"
 #include "bench/world/pose_optimizer.hpp"
+#include "bench/world/scene.hpp"
 
+#include <maxlogdet/eigen.hpp>
+#include <maxlogdet/maxlogdet.hpp>
+
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <stdexcept>
 
 namespace maxlogdet::sim {
 namespace {
@@ -20,26 +24,34 @@ namespace {
 constexpr double nearest = 2, farthest = 20;           // m, depths
 constexpr double translation = 0.1, rotation_deg = 5;  // largest, along and about each axis
 
-Frame frame_of(const MetricsScene& scene, double noise_px) {
-  Frame frame;
-  frame.camera = euroc_camera;
-  frame.width = euroc_width;
-  frame.height = euroc_height;
-  frame.matches = scene.matches;
-  for (std::size_t i = 0; i < frame.matches.size(); ++i) {
-    frame.matches[i].u += noise_px * scene.noise[i][0];
-    frame.matches[i].v += noise_px * scene.noise[i][1];
-    frame.matches[i].inv_sigma2 = 1 / (noise_px * noise_px);
-  }
-  return frame;
+constexpr double prior = 1e-5;  // times I
+
+// Bounds the error of an eigenvalue of Q, relative to its trace; the solver's is about 1e-15.
+constexpr double eigenvalue_rounding = 1e-13;
+
+Matrix6 information_of(const BlockStore& blocks, std::size_t i) {
+  double entries[max_block_rows * state_dimension];
+  const int rows = blocks.block(i, entries);
+  const Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::RowMajor>> H(entries, rows, 6);
+  return H.transpose() * H;
 }
 
-// The order in which a selector takes points.
-std::vector<std::uint32_t> order_of(const std::string& selector, const MetricsScene& scene, const BlockStore& blocks) {
-  for (const GreedyMetric metric : greedy_metrics) {
-    if (selector == to_string(metric)) return select_greedily(metric, blocks, blocks.size());
-  }
-  return scene.random_order;
+// Greater is better.
+double value_of(GreedyMetric metric, const Matrix6& Q) {
+  if (metric == GreedyMetric::max_trace) return Q.trace();
+  const Vector6 eigenvalues = Eigen::SelfAdjointEigenSolver<Matrix6>(Q, Eigen::EigenvaluesOnly).eigenvalues();
+  return metric == GreedyMetric::max_min_eigenvalue ? eigenvalues[0] : -eigenvalues[5] / eigenvalues[0];
+}
+
+std::vector<std::uint32_t> order_by_log_det(const BlockStore& blocks, std::size_t k) {
+  const EigenPrior rows(Matrix6(prior * Matrix6::Identity()));
+  Options options;
+  options.budget = k;
+  options.prior = rows.data();
+  Selector selector(blocks.size());
+  const Selection selection = selector.select(blocks, options);
+  if (!selection.has_answer()) throw std::invalid_argument(to_string(selection.status));
+  return {selection.begin(), selection.end()};
 }
 
 PoseError error_with(const Frame& frame, const std::vector<std::uint32_t>& subset, const Pose& true_T_cw) {
@@ -90,11 +102,47 @@ Jackknifed difference(Jackknifed ours, const Jackknifed& theirs) {
 
 }  // namespace
 
-std::vector<std::string> metrics_selectors() {
-  std::vector<std::string> names;
-  for (const GreedyMetric metric : greedy_metrics) names.emplace_back(to_string(metric));
-  names.insert(names.end(), {"random", "all"});
-  return names;
+std::vector<std::uint32_t> greedy_order(GreedyMetric metric, const BlockStore& blocks) {
+  std::vector<Matrix6> information(blocks.size());
+  std::vector<std::uint32_t> remaining;
+  for (std::uint32_t i = 0; i < blocks.size(); ++i) {
+    if (!blocks.is_valid(i)) continue;
+    information[i] = information_of(blocks, i);
+    remaining.push_back(i);
+  }
+  if (metric == GreedyMetric::max_log_det) return order_by_log_det(blocks, remaining.size());
+  std::vector<std::uint32_t> order;
+  Matrix6 Q = prior * Matrix6::Identity();
+  while (!remaining.empty()) {
+    auto winner = remaining.begin();
+    double best = value_of(metric, Q + information[*winner]);
+    for (auto candidate = winner + 1; candidate != remaining.end(); ++candidate) {
+      const Matrix6 with_it = Q + information[*candidate];
+      const double value = value_of(metric, with_it);
+      const double scale = metric == GreedyMetric::min_condition ? best * best : with_it.trace();
+      if (!(value > best + eigenvalue_rounding * scale)) continue;
+      winner = candidate;
+      best = value;
+    }
+    order.push_back(*winner);
+    Q += information[*winner];
+    remaining.erase(winner);
+  }
+  return order;
+}
+
+Frame MetricsScene::frame(double noise_px) const {
+  Frame frame;
+  frame.camera = euroc_camera;
+  frame.width = euroc_width;
+  frame.height = euroc_height;
+  frame.matches = matches;
+  for (std::size_t i = 0; i < frame.matches.size(); ++i) {
+    frame.matches[i].u += noise_px * noise[i][0];
+    frame.matches[i].v += noise_px * noise[i][1];
+    frame.matches[i].inv_sigma2 = 1 / (noise_px * noise_px);
+  }
+  return frame;
 }
 
 MetricsScene draw_metrics_scene(const MetricsOptions& options, std::uint64_t run) {
@@ -129,17 +177,19 @@ MetricsRun run_metrics(const MetricsOptions& options, std::uint64_t run) {
   const MetricsScene scene = draw_metrics_scene(options, run);
   MetricsRun errors;
   for (const double noise : options.noises) {
-    const Frame frame = frame_of(scene, noise);
     BlockOptions block_options;
     block_options.weighting = Weighting::map_bias;
     BlockStore blocks;
+    const Frame frame = scene.frame(noise);
     build_blocks(frame, block_options, blocks);
     errors.emplace_back();
-    for (const std::string& selector : metrics_selectors()) {
-      const std::vector<std::uint32_t> order = order_of(selector, scene, blocks);
+    for (std::size_t s = 0; s < std::size(metrics_selectors); ++s) {
+      const bool is_metric = s < std::size(greedy_metrics);
+      const auto order = is_metric ? greedy_order(greedy_metrics[s], blocks) : scene.random_order;
       errors.back().emplace_back();
       for (const std::size_t size : options.sizes) {
-        const std::size_t taken = selector == "all" ? order.size() : std::min(size, order.size());
+        const bool takes_all = s + 1 == std::size(metrics_selectors);
+        const std::size_t taken = takes_all ? order.size() : std::min(size, order.size());
         const std::vector<std::uint32_t> subset(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(taken));
         errors.back().back().push_back(error_with(frame, subset, scene.true_T_cw));
       }
@@ -153,11 +203,10 @@ Table metrics_table(const MetricsOptions& options, const std::vector<MetricsRun>
   table.header = {"noise_px", "size", "selector"};
   for (const Part& part : parts)
     table.header.insert(table.header.end(), {part.name, std::string("ci95_of_") + part.name});
-  const std::vector<std::string> selectors = metrics_selectors();
   for (std::size_t n = 0; n < options.noises.size(); ++n) {
     for (std::size_t k = 0; k < options.sizes.size(); ++k) {
-      for (std::size_t s = 0; s < selectors.size(); ++s) {
-        table.rows.push_back({exact(options.noises[n]), std::to_string(options.sizes[k]), selectors[s]});
+      for (std::size_t s = 0; s < std::size(metrics_selectors); ++s) {
+        table.rows.push_back({exact(options.noises[n]), std::to_string(options.sizes[k]), metrics_selectors[s]});
         for (const Part& part : parts) {
           const Estimate rms = rms_of(runs, n, s, part, {k}).estimate();
           table.rows.back().insert(table.rows.back().end(), {fixed(rms.value, 5), fixed(rms.ci95, 5)});
@@ -175,13 +224,12 @@ Table metrics_means(const MetricsOptions& options, const std::vector<MetricsRun>
   }
   Table table;
   table.header = {"selector", "noise_px", "error", "mean_below_all", "ci95", "verdict_of_max_log_det"};
-  const std::vector<std::string> selectors = metrics_selectors();
-  for (std::size_t s = 0; s < selectors.size(); ++s) {
+  for (std::size_t s = 0; s < std::size(metrics_selectors); ++s) {
     for (std::size_t n = 0; n < options.noises.size(); ++n) {
       for (const Part& part : parts) {
         const Jackknifed own = rms_of(runs, n, s, part, proper), of_log_det = rms_of(runs, n, 0, part, proper);
         const Estimate mean = own.estimate();
-        table.rows.push_back({selectors[s], exact(options.noises[n]), part.name, fixed(mean.value, 4),
+        table.rows.push_back({metrics_selectors[s], exact(options.noises[n]), part.name, fixed(mean.value, 4),
                               fixed(mean.ci95, 4), s == 0 ? "" : verdict(difference(of_log_det, own).estimate())});
       }
     }

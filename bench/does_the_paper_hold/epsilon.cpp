@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "bench/does_the_paper_hold/epsilon_experiment.hpp"
+#include "bench/does_the_paper_hold/epsilon.hpp"
 
 #include "bench/world/draws.hpp"
 #include "bench/world/latency.hpp"

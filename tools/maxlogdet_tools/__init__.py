@@ -1,2 +1,0 @@
-# SPDX-License-Identifier: MIT
-"""Shared by the project's scripts: pictures by gnuplot, and Markdown pages with generated tables."""
