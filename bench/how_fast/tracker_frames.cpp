@@ -47,7 +47,7 @@ TrackerFrame::TrackerFrame(const Kind& kind, std::size_t n, std::uint64_t seed)
   if (kind.weighting == Weighting::measurement_and_map) {
     frame.map_covariances = stereo_covariances(frame, metres_since_triangulation, triangulation_sigma);
   }
-  arrays.assign(frame);
+  arrays = sim::MatchArrays(frame);
   measure(seed);
 }
 

@@ -4,7 +4,7 @@
 #include "bench/does_the_paper_hold/tracking.hpp"
 #include "bench/world/angles.hpp"
 #include "bench/world/hash.hpp"
-#include "bench/world/outlier_rejection.hpp"
+#include "bench/world/pose_optimizer.hpp"
 #include "bench/world/scene.hpp"
 #include "tests/support/linear_algebra.hpp"
 #include "tests/support/support.hpp"

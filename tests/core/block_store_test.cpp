@@ -369,9 +369,11 @@ TEST(EmptySlots, answers_are_those_of_the_frame_without_them) {
       Random random(static_cast<std::uint64_t>(scene));
       SCOPED_TRACE(random.name() + ", " + to_string(scene) + ' ' + kind.name);
       const sim::Frame frame = make_scene(scene, 1500, random.seed());
-      const std::vector<unsigned char> usable = random_flags(random, 1500, random.uniform(0.2, 0.95));
+      const double share = random.uniform(0.2, 0.95);
+      std::vector<unsigned char> usable(1500);
       std::vector<std::uint32_t> kept;
       for (std::uint32_t i = 0; i < 1500; ++i) {
+        usable[i] = random.uniform(0, 1) < share;
         if (usable[i] != 0) kept.push_back(i);
       }
       BlockOptions options;

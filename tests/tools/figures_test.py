@@ -13,7 +13,7 @@ import tempfile
 import unittest
 from unittest import mock
 
-from maxlogdet_tools import files, gnuplot, pages, runs
+from maxlogdet_tools import files, gnuplot, pages
 from maxlogdet_tools.pictures import metrics
 
 RESULTS = pathlib.Path(__file__).resolve().parents[2] / "bench/how_fast/results.py"
@@ -46,7 +46,7 @@ class Tables(InFolder):
         rows = [{"noise_px": noise, "size": size, "selector": selector, "rms_translation_m": "0." + size,
                  "ci95_of_rms_translation_m": "0.01", "rms_rotation_deg": "1", "ci95_of_rms_rotation_deg": "0.1"}
                 for noise in ("1", "2") for size in ("15", "30") for selector in ("max_log_det", "all")]
-        picture = metrics.picture(rows)
+        picture = metrics(rows)
         self.assertIn("$all_1 << EOD\n15 0.15 0.01 1 0.1\n30 0.30 0.01 1 0.1\nEOD\n", picture.script)
         self.assertEqual([gnuplot.number(x) for x in (2.0, -0.5, 1 / 3, None)], ["2", "-0.5", "0.3333333333333333", "NaN"])
         gnuplot.draw(picture, self.folder / "it's.svg")
@@ -67,22 +67,22 @@ class Pages(InFolder):
     def test_a_command_has_one_line_a_page_which_its_next_run_replaces(self):
         self.page.write_text("x\n<!-- begin run -->\n<!-- end run -->\ny\n")
         for state, rooms in (("11111111", ("how_good", "how_fast", "how_fast --threads")), ("22222222", ("how_fast",))):
-            with mock.patch.object(runs, "library_state", lambda state=state: state):
+            with mock.patch.object(pages, "library_state", lambda state=state: state):
                 for room in rooms:
-                    quietly(runs.stamp, self.page, room)
-        states = [runs.LINE.match(line).groups() for line in runs.lines_of(self.page)]
+                    quietly(pages.stamp, self.page, room)
+        states = [pages.LINE.match(line).groups() for line in pages.lines_of(self.page)]
         self.assertEqual(states, [("bench/run how_fast --threads", "11111111"), ("bench/run how_fast", "22222222"),
                                   ("bench/run how_good", "11111111")])
         (self.folder / "docs").mkdir()
-        with mock.patch.object(runs, "ROOT", self.folder), mock.patch.object(runs.sys, "argv", ["runs"]), \
-                mock.patch.object(runs, "library_state", lambda: "22222222"):
-            marked = [" <- another state" in line for line in quietly(runs.main).splitlines()]
+        with mock.patch.object(pages, "ROOT", self.folder), mock.patch.object(pages.sys, "argv", ["runs"]), \
+                mock.patch.object(pages, "library_state", lambda: "22222222"):
+            marked = [" <- another state" in line for line in quietly(pages.main).splitlines()]
         self.assertEqual(marked, [True, False, True])
 
     def test_a_state_is_a_commit_and_what_has_changed_since(self):
-        self.assertTrue(re.fullmatch(r"unknown|[0-9a-f]{8,}(\+[0-9a-f]{6})?", runs.library_state()), runs.library_state())
-        with mock.patch.object(runs, "output_of", lambda *command: "abcdef12" if command[1] == "log" else "- a\n+ b"):
-            self.assertRegex(runs.library_state(), r"^abcdef12\+[0-9a-f]{6}$")
+        self.assertTrue(re.fullmatch(r"unknown|[0-9a-f]{8,}(\+[0-9a-f]{6})?", pages.library_state()), pages.library_state())
+        with mock.patch.object(pages, "output_of", lambda *command: "abcdef12" if command[1] == "log" else "- a\n+ b"):
+            self.assertRegex(pages.library_state(), r"^abcdef12\+[0-9a-f]{6}$")
 
 
 STEADY = [100, 100, 100, 200, 100, 100, 200, 100]
