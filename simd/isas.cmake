@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 # The instruction sets: sets simd_isas, their names, and simd_rows, their rows of simd/isas.hpp.
 
-# maxlogdet_isa(NAME BASELINE FEATURE...): simd/kernel.cpp is compiled for BASELINE and every FEATURE, as -march and -m name
+# maxlogdet_isa(NAME BASELINE FEATURE...): simd/kernel.inl is compiled for BASELINE and every FEATURE, as -march and -m name
 # them, and picked where the processor has them all. From the baseline up, so that an -march=native of a surrounding
 # project does not widen it.
 function(maxlogdet_isa name baseline)
