@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-// The functions of an instruction set, compiled once for each by a unit that kernel/CMakeLists.txt generates. It defines
-// MAXLOGDET_KERNEL, the name of the table that is exported, and MAXLOGDET_ISA_NAME. Everything else here has internal linkage or is inlined: a weak symbol
-// would let the linker run wide code on a narrow machine (tests/checks/check_symbols looks).
+// The functions of an instruction set, compiled once for each by a unit that kernel/CMakeLists.txt generates. It
+// defines MAXLOGDET_KERNEL, the name of the table that is exported, and MAXLOGDET_ISA_NAME. Everything else here has
+// internal linkage or is inlined: a weak symbol would let the linker run wide code on a narrow machine
+// (tests/checks/check_symbols looks).
 
 #include "simd/alignment.hpp"
 #include "simd/jacobian.hpp"
