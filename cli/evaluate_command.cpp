@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
-#include "bench/does_it_help/evaluation.hpp"
-#include "bench/does_it_help/report.hpp"
 #include "bench/world/command_line.hpp"
 #include "bench/world/frame_reader.hpp"
 #include "bench/world/names.hpp"
 #include "bench/world/output_file.hpp"
 #include "bench/world/text_file.hpp"
 #include "cli/commands.hpp"
+#include "cli/evaluation.hpp"
+#include "cli/report.hpp"
 
 #include <algorithm>
 #include <cstdint>

@@ -4,10 +4,10 @@
 #include "bench/world/latency.hpp"
 #include "bench/world/output_file.hpp"
 #include "bench/world/scene.hpp"
-#include "bench/world/selection_data.hpp"
 #include "cli/commands.hpp"
 #include "cli/select_arguments.hpp"
 #include "cli/select_output.hpp"
+#include "cli/selection_data.hpp"
 
 #include <maxlogdet/maxlogdet.hpp>
 

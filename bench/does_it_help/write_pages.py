@@ -1,9 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Rewrites the figures of frames in README.md and docs/.
+"""Rewrites what README.md and docs/trackers.md say of recorded frames, from what `maxlogdet evaluate` wrote.
 
-Usage: write_pages.py evaluation RESULTS SET SET    from what `maxlogdet evaluate` wrote into RESULTS/SET
-       write_pages.py wrong_matches FILE            from what maxlogdet_wrong_matches has printed
+Usage: write_pages.py RESULTS    RESULTS/NAME/evaluation.json for each recording
 """
 
 import pathlib
@@ -13,74 +12,72 @@ from maxlogdet_tools.files import ROOT, json_of
 from maxlogdet_tools.pages import paragraph, rewrite, stamp, table
 
 PAGE = ROOT / "docs/trackers.md"
-RECORDINGS = ["first recording", "second recording"]
+RECORDINGS = {
+    "orb_slam2_frames": "ORB-SLAM2, road",
+    "orb_slam2_frames_0039": "ORB-SLAM2, town",
+    "orb_slam3_frames_0039": "ORB-SLAM3, town",
+    "lk_vo_frames_0039": "textbook odometry, town",
+    "stereo_vo": "`examples/stereo_vo`, town",
+}
 BUDGETS = [30, 100, 200]
 PARTS = ["translation", "rotation"]
 USUAL = 100
 
 
-def row_of(data, selector, budget):
+def row_of(data, selector, budget=None):
     return next(row for row in data["selectors"] if row["selector"] == selector and budget in (row["budget"], None))
 
 
-def grown(data, selector, budget, part):
-    return f"{row_of(data, selector, budget)[part + '_growth_percent']['value']:.0f}"
+def growth(data, part, selector, budget=None):
+    return row_of(data, selector, budget)[f"{part}_growth_percent"]["value"]
 
 
-def growth_table(evaluations):
-    header = ["recording", "matches (count)"] + [f"{kind}, {part} (%)" for part in PARTS for kind in ("selected", "random")]
-    return table(header, [[name, f"{budget}", *(grown(data, selector, budget, part)
-                                                for part in PARTS for selector in ("md", "random_gated"))]
-                          for name, data in zip(RECORDINGS, evaluations) for budget in BUDGETS])
+def both_parts(data, *selection):
+    return " / ".join(f"{growth(data, part, *selection):.0f}" for part in PARTS)
 
 
-def section(sets):
-    evaluations = list(sets.values())
-    first, second = (f"`{name}`, has {data['frames']} frames with {data['inliers']:.0f} inliers on average."
-                     for name, data in sets.items())
-    correlations = [f"{data['cell_correlation']['value']:.2f}" for data in evaluations]
+def section(evaluations):
+    rows = []
+    for name, data in evaluations.items():
+        for budget in BUDGETS:
+            ungated = f"{both_parts(data, 'md_ungated', budget)} ({row_of(data, 'md_ungated', budget)['wrong_percent']:.0f})"
+            rows.append([RECORDINGS[name], f"{budget} of {data['inliers']:.0f}",
+                         *(both_parts(data, selector, budget) for selector in ("md", "random_gated")), ungated])
+        rows.append([RECORDINGS[name], "`pose()`", both_parts(data, "aligned"), "–", "–"])
+    correlations = [data["cell_correlation"]["value"] for data in evaluations.values()]
     return [
-        *paragraph(f"The first recording, {first} The second, {second}",
-                   "The table shows by how many percent the standard deviation of the pose is larger than with all inliers."),
-        "", *growth_table(evaluations), "",
+        *table(["frames of", "matches (count)", "selected (%)", "random (%)", "selected without rejection (%) (wrong, %)"], rows),
+        "",
         *paragraph("Residuals of neighbouring inliers have a correlation of",
-                   f"{correlations[0]} in the first recording and {correlations[1]} in the second."),
-    ]
+                   f"{min(correlations):.2f} to {max(correlations):.2f}."),
+    ]  # fmt: skip
 
 
-def sentences(sets):
-    def growth(selector, budget=USUAL):
-        first, second = ([grown(data, selector, budget, part) for part in PARTS] for data in sets.values())
-        return (f"{first[0]} % in translation and {first[1]} % in rotation in the first recording, and by {second[0]} % and "
-                f"{second[1]} % in the second.")
+def sentences(evaluations):
+    def grew(*selection):
+        ranges = []
+        for part in PARTS:
+            values = [growth(data, part, *selection) for data in evaluations.values()]
+            ranges.append(f"{min(values):.0f} to {max(values):.0f} % in {part}")
+        return " and ".join(ranges)
 
-    first, second = sets.values()
     return paragraph(
-        f"**In two recordings of ORB-SLAM2, {USUAL} selected matches increased the standard deviation of the pose by",
-        f"{growth('md')}** With {USUAL} random matches, it increased by {growth('random_gated')}",
-        "With `pose()`, which aligns all matches that the library accepts, without a selection, it increased by",
-        f"{growth('aligned', None)}",
-        f"Each increase is relative to the pose of all correct matches (*inliers*), of which a frame has {first['inliers']:.0f}",
-        f"in the first recording and {second['inliers']:.0f} in the second. Both selections were made after the library had",
-        "rejected outliers among all matches.")
+        f"**In {len(evaluations)} recordings of four trackers, {USUAL} selected matches increased the standard deviation of",
+        f"the pose by {grew('md', USUAL)}.** {USUAL} random matches increased it by {grew('random_gated', USUAL)},",
+        f"and `pose()`, which aligns all matches that the library accepts, by {grew('aligned')}.",
+        "Each increase is relative to the pose of all correct matches (*inliers*). Both selections were made after the",
+        "library had rejected outliers among all matches.")
 
 
-def write_evaluation(results, *names):
-    sets = {name: json_of(pathlib.Path(results) / name / "evaluation.json") for name in names}
-    rewrite(ROOT / "README.md", "worth", sentences(sets))
-    rewrite(PAGE, "orb_slam2_same_frame", section(sets))
-    stamp(ROOT / "README.md", "does_it_help")
-    stamp(PAGE, "does_it_help")
-
-
-def write_wrong_matches(file):
-    page = ROOT / "docs/performance.md"
-    *rows, sentences_of_rows = pathlib.Path(file).read_text().splitlines()
-    rewrite(page, "wrong_matches", [*rows, *paragraph(sentences_of_rows)])
-    stamp(page, "does_it_help --wrong")
+def main():
+    if len(sys.argv) != 2:
+        sys.exit(__doc__)
+    evaluations = {name: json_of(pathlib.Path(sys.argv[1]) / name / "evaluation.json") for name in RECORDINGS}
+    for page, name, lines in ((ROOT / "README.md", "worth", sentences(evaluations)),
+                              (PAGE, "recorded_frames", section(evaluations))):
+        rewrite(page, name, lines)
+        stamp(page, "does_it_help")
 
 
 if __name__ == "__main__":
-    if len(sys.argv) not in (3, 5):
-        sys.exit(__doc__)
-    {"evaluation": write_evaluation, "wrong_matches": write_wrong_matches}[sys.argv[1]](*sys.argv[2:])
+    main()

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Measures, in frames of 2000 candidates with k = 100, how far stochastic greedy stays behind lazy greedy, and what the
-// proved upper bound of the log det is worth and costs. Writes JSON; bench/how_good/write_distances.py makes sentences.
+// proved upper bound of the log det is worth and costs. Writes JSON; bench/how_good/write_pages.py makes sentences.
 #include "bench/world/scene.hpp"
 
 #include <maxlogdet/maxlogdet.hpp>

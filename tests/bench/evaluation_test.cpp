@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 // What an evaluation computes of frames: deviations against what covariances predict, noise against plain double loops,
 // growth and steps against poses that are optimised here, resamples. verdict_test.cpp has what it concludes.
-#include "bench/does_it_help/evaluation.hpp"
+#include "cli/evaluation.hpp"
 
-#include "bench/does_it_help/report.hpp"
 #include "bench/world/projection.hpp"
+#include "cli/report.hpp"
 #include "tests/bench/simulated_frames.hpp"
 #include "tests/support/linear_algebra.hpp"
 #include "tests/support/support.hpp"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // What evaluations conclude: of simulated frames whose errors are known, and of given numbers.
-#include "bench/does_it_help/report.hpp"
+#include "cli/report.hpp"
 
 #include "tests/bench/simulated_frames.hpp"
 #include "tests/support/support.hpp"

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // `maxlogdet evaluate`, from outside.
-#include "bench/does_it_help/evaluation.hpp"
-#include "bench/does_it_help/report.hpp"
 #include "bench/world/frame_reader.hpp"
+#include "cli/evaluation.hpp"
+#include "cli/report.hpp"
 #include "tests/bench/simulated_frames.hpp"
 #include "tests/support/program.hpp"
 

@@ -109,7 +109,7 @@ def reach_of(distances, selected):
 
 
 def selection(frame):
-    """`frame`: what bench/world/selection_data.hpp writes."""
+    """`frame`: what cli/selection_data.hpp writes."""
     points = list(zip(frame["right_m"], frame["forward_m"], frame["u_px"], frame["v_px"]))
     selected = set(frame["selected"])
     width, height = frame["width_px"], frame["height_px"]

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "bench/does_it_help/evaluation.hpp"
+#include "cli/evaluation.hpp"
 
 #include <nlohmann/json.hpp>
 #include <string>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "bench/does_it_help/frame_evaluation.hpp"
+#include "cli/frame_evaluation.hpp"
 
 #include <array>
 #include <cstddef>

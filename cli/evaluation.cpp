@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "bench/does_it_help/evaluation.hpp"
+#include "cli/evaluation.hpp"
 
 #include "bench/world/draws.hpp"
 #include "bench/world/parallel.hpp"

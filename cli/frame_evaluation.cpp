@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "bench/does_it_help/frame_evaluation.hpp"
+#include "cli/frame_evaluation.hpp"
 
 #include "bench/world/feature_selector.hpp"
 #include "bench/world/hash.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "bench/does_it_help/report.hpp"
+#include "cli/report.hpp"
 
 #include "bench/world/table.hpp"
 
