@@ -364,15 +364,16 @@ TEST(EmptySlots, answers_are_those_of_a_store_without_them) {
 }
 
 TEST(EmptySlots, answers_are_those_of_the_frame_without_them) {
+  constexpr std::uint32_t slots = 300;
   for (const sim::Scene scene : sim::scenes) {
     for (const BlockKind& kind : block_kinds) {
       Random random(static_cast<std::uint64_t>(scene));
       SCOPED_TRACE(random.name() + ", " + to_string(scene) + ' ' + kind.name);
-      const sim::Frame frame = make_scene(scene, 1500, random.seed());
+      const sim::Frame frame = make_scene(scene, slots, random.seed());
       const double share = random.uniform(0.2, 0.95);
-      std::vector<unsigned char> usable(1500);
+      std::vector<unsigned char> usable(slots);
       std::vector<std::uint32_t> kept;
-      for (std::uint32_t i = 0; i < 1500; ++i) {
+      for (std::uint32_t i = 0; i < slots; ++i) {
         usable[i] = random.uniform(0, 1) < share;
         if (usable[i] != 0) kept.push_back(i);
       }
