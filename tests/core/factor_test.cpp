@@ -40,7 +40,7 @@ BlockStore nearly_parallel_blocks(Random& random) {
   const Block direction = random_block(random, 1);
   return store_of(8, [&](std::size_t) {
     const int rows = random.integer(1, 3);
-    const Block along = Block::Ones(rows, 1) * direction;
+    const Block along = direction.colwise().replicate(rows);
     return Block(scale * (along + distance * random_block(random, rows)));
   });
 }

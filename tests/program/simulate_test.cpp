@@ -43,7 +43,7 @@ TEST_F(Simulate, trackers_follow_a_trajectory) {
                      " 0 0 0 0 1");
   }
   for (const char* const name : {"MH_05_difficult", "V1_01_easy"}) write(std::string("flown/") + name + ".txt", circle);
-  const std::string few = " --runs 2 --seconds 3.5 --trajectories flown";
+  const std::string few = " --runs 1 --seconds 2 --trajectories flown";
   EXPECT_EQ(lines_of("euroc" + few, "euroc_sequences"), 1 + 2 * 8);
   EXPECT_EQ(lines_of("euroc" + few + " --sequences V1_01_easy", "euroc_differences"), 1 + 2 * 7 * 3);
   EXPECT_EQ(lines_of("budget" + few, "budget"), 1 + 13 * 3);
