@@ -40,7 +40,7 @@ def section(evaluations):
     rows = []
     for name, data in evaluations.items():
         for budget in BUDGETS:
-            ungated = f"{both_parts(data, 'md_ungated', budget)} ({row_of(data, 'md_ungated', budget)['wrong_percent']:.0f})"
+            ungated = f"{both_parts(data, 'md_ungated', budget)} ({row_of(data, 'md_ungated', budget)['wrong_percent']['value']:.0f})"
             rows.append([RECORDINGS[name], f"{budget} of {data['inliers']:.0f}",
                          *(both_parts(data, selector, budget) for selector in ("md", "random_gated")), ungated])
         rows.append([RECORDINGS[name], "`pose()`", both_parts(data, "aligned"), "–", "–"])
