@@ -3,6 +3,7 @@
 // sets, other blocks and frames at its base point, and one thread against several.
 #include "bench/how_fast/eigen_baselines.hpp"
 #include "bench/how_fast/measure.hpp"
+#include "bench/how_fast/tracker_frames.hpp"
 #include "bench/world/data_folder.hpp"
 #include "bench/world/executor.hpp"
 #include "bench/world/frame_reader.hpp"
@@ -27,14 +28,9 @@ namespace {
 constexpr const char* nearly_equal_gains = "nearly_equal_gains";
 constexpr const char* real_frames = "real_frames";
 
-struct Blocks {
-  const char* name;
-  Weighting weighting;
-  DepthCue depth_cue;
-};
-constexpr Blocks two_rows{"2_rows", Weighting::map_bias, DepthCue::none};
-constexpr Blocks three_rows{"3_rows", Weighting::map_bias, DepthCue::stereo};
-constexpr Blocks two_rows_measurement{"2_rows_measurement", Weighting::measurement, DepthCue::none};
+constexpr Kind two_rows{"2_rows", Weighting::map_bias, DepthCue::none};
+constexpr Kind three_rows{"3_rows", Weighting::map_bias, DepthCue::stereo};
+constexpr Kind two_rows_measurement{"2_rows_measurement", Weighting::measurement, DepthCue::none};
 
 struct Case {
   std::string kind = "grid";
@@ -42,7 +38,7 @@ struct Case {
   std::string family = "euroc_like";
   std::size_t n = 2000;
   std::size_t k = 100;
-  Blocks blocks = two_rows;
+  Kind blocks = two_rows;
   double epsilon = 0.1;  // of stochastic greedy
   std::string isa = active_isa();
   Executor* helpers = nullptr;
@@ -58,7 +54,7 @@ struct Case {
   }
 };
 
-BlockStore store_of(const sim::Frame& frame, const Blocks& kind) {
+BlockStore store_of(const sim::Frame& frame, const Kind& kind) {
   BlockOptions options;
   options.weighting = kind.weighting;
   options.depth_cue = kind.depth_cue;
