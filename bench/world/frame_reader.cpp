@@ -35,29 +35,17 @@ using Values = std::vector<std::string>;
 
 // A comment `# NAME (remark): VALUES`, its name without blanks.
 struct Comment {
-  std::string name;
+  explicit Comment(std::string_view line) {
+    const auto colon = line.rfind(':');
+    if (colon == std::string_view::npos) return;
+    name = line.substr(1, std::min(colon, line.find('(')) - 1);
+    name.erase(std::remove(name.begin(), name.end(), ' '), name.end());
+    values = split_at_commas(line.substr(colon + 1));
+  }
+
+  std::string name;  // empty without values
   Values values;
 };
-
-// Perhaps in quotes.
-bool is_comment(std::string_view line) {
-  const auto first = line.find_first_not_of(" \t\"");
-  return first != std::string_view::npos && line[first] == '#' && line.substr(first, 4) != "#N/A";  // a missing value
-}
-
-// Also of a line that a spreadsheet has divided into fields; nothing of a comment without values.
-std::optional<Comment> comment_of(std::string_view line) {
-  std::string text(line);
-  text.erase(std::remove(text.begin(), text.end(), '"'), text.end());
-  text.erase(text.find_last_not_of(" \t,;") + 1);  // a spreadsheet makes every line as long as the header
-  const auto colon = text.rfind(':');
-  if (colon == std::string::npos) return std::nullopt;
-  std::string_view name = std::string_view(text).substr(0, colon);
-  name = name.substr(0, name.find('(')).substr(name.find('#') + 1);
-  Comment comment{joined(split_csv(trimmed(name)), ","), split_csv(std::string_view(text).substr(colon + 1))};
-  comment.name.erase(std::remove(comment.name.begin(), comment.name.end(), ' '), comment.name.end());
-  return comment;
-}
 
 // The number behind a prefix, as in camera0; camera00 is another name.
 std::optional<std::size_t> number_behind(const std::string& prefix, const std::string& name) {
@@ -65,13 +53,6 @@ std::optional<std::size_t> number_behind(const std::string& prefix, const std::s
   const std::optional<std::int64_t> number = whole_number(std::string_view(name).substr(prefix.size()));
   if (!number || *number < 0 || prefix + std::to_string(*number) != name) return std::nullopt;
   return static_cast<std::size_t>(*number);
-}
-
-// As numpy.savetxt writes it.
-bool is_header_behind_sign(std::string_view line) {
-  if (!is_comment(line)) return false;
-  const std::vector<std::string> names = split_csv(line.substr(line.find('#') + 1));
-  return std::count(names.begin(), names.end(), "mp_id") + std::count(names.begin(), names.end(), "X") == 2;
 }
 
 class FrameReader {
@@ -82,12 +63,9 @@ class FrameReader {
 
   Frame read() {
     while (const auto line = file_.next()) {
-      const bool is_empty_row = line->find_first_not_of(" \t,;\"") == std::string_view::npos;
-      if (is_empty_row || line->substr(0, 4) == "sep=") continue;
-      if (names_.empty() && is_header_behind_sign(*line)) {
-        read_header(line->substr(line->find('#') + 1));
-      } else if (is_comment(*line) && !is_row(*line)) {
-        if (const auto comment = comment_of(*line)) read_comment(comment->name, comment->values);
+      if (line->front() == '#') {
+        const Comment comment(*line);
+        read_comment(comment.name, comment.values);
       } else if (names_.empty()) {
         read_header(*line);
       } else {
@@ -210,11 +188,9 @@ class FrameReader {
 
   // The header and the rows.
 
-  // Columns without a name are the index of pandas or R.
+  // Columns without a name are the index of pandas.
   void read_header(std::string_view line) {
-    separator_ = separator_of(line);
-    names_ = split_csv(line, separator_);
-    while (!names_.empty() && names_.back().empty()) names_.pop_back();
+    names_ = split_at_commas(line);
     for (std::size_t i = 0; i < names_.size(); ++i) {
       const std::string& name = names_[i];
       if (name.empty()) continue;
@@ -224,21 +200,13 @@ class FrameReader {
       if (!is_known) frame_.unknown_columns.push_back(name);
     }
     for (const char* const name : {"mp_id", "X", "Y", "Z", "u", "v"}) {
-      require(has_column(name),
-              "a header line with the columns mp_id,X,Y,Z,u,v; '" + std::string(name) + "' is missing");
+      require(has_column(name), "a header line with the columns mp_id,X,Y,Z,u,v, between commas and without quotes; '" +
+                                    std::string(name) + "' is missing");
     }
     const auto given = std::count_if(std::begin(covariance_columns), std::end(covariance_columns),
                                      [this](const char* name) { return has_column(name); });
     require(given == 0 || given == 6, "all six columns cov_xx,cov_xy,cov_xz,cov_yy,cov_yz,cov_zz, or none");
     frame_.has_selection = has_column("selected");
-  }
-
-  // Not a comment, but a row that begins with #REF! or another text that is not read.
-  bool is_row(std::string_view line) const {
-    if (names_.empty() || comment_of(line)) return false;
-    const std::vector<std::string> fields = split_csv(line, separator_);
-    return fields.size() >= names_.size() && finite_number(fields[column_.find("X")->second]) &&
-           finite_number(fields[column_.find("u")->second]);
   }
 
   bool has_column(const char* name) const { return column_.count(name) != 0; }
@@ -259,17 +227,11 @@ class FrameReader {
     return value;
   }
 
-  void read_fields(std::string_view line) {
-    fields_ = split_csv(line, separator_);
-    while (fields_.size() > names_.size() && fields_.back().empty()) fields_.pop_back();
-    if (fields_.size() == names_.size()) return;
-    const bool has_row_name = fields_.size() == names_.size() + 1;
-    file_.fail(std::to_string(names_.size()) + " fields as in the header, not " + std::to_string(fields_.size()) +
-               (has_row_name ? " (of R: write.csv, or row.names = FALSE)" : ""));
-  }
-
   void read_match(std::string_view line) {
-    read_fields(line);
+    fields_ = split_at_commas(line);
+    if (fields_.size() != names_.size()) {
+      file_.fail(std::to_string(names_.size()) + " fields as in the header, not " + std::to_string(fields_.size()));
+    }
     require(frame_.matches.size() < most_matches, "at most a million matches");
     const FrameCamera& camera = frame_.camera;
     Match match;
@@ -321,7 +283,6 @@ class FrameReader {
   std::set<std::string> comments_;
   std::vector<std::string> names_;  // of the columns
   std::map<std::string, std::size_t, std::less<>> column_;
-  char separator_ = ',';
   std::vector<std::string> fields_;  // of a row
   std::vector<std::array<double, 9>> covariances_;
   bool has_covariances_ = false;

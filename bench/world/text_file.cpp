@@ -14,23 +14,7 @@ namespace {
 
 constexpr std::size_t longest_line = 1 << 16;
 constexpr std::size_t largest_file = std::size_t{1} << 28;
-constexpr char blanks[] = " \t\r";
-
-std::string lower_case(std::string_view text) {
-  std::string result(text);
-  for (char& c : result) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  return result;
-}
-
-template <std::size_t n>
-bool is_one_of(std::string_view field, const std::string_view (&words)[n]) {
-  return std::find(std::begin(words), std::end(words), lower_case(field)) != std::end(words);
-}
-
-bool is_number_with_comma(std::string_view field) {
-  return std::count(field.begin(), field.end(), ',') == 1 &&
-         field.find_first_not_of("0123456789,+-eE") == std::string_view::npos;
-}
+constexpr char blanks[] = " \t\r\n";
 
 // The number that the entire field is.
 template <class Number>
@@ -67,45 +51,19 @@ std::vector<std::string_view> split_at_blanks(std::string_view text) {
   return fields;
 }
 
-char separator_of(std::string_view line) {
-  bool is_quoted = false, has_tab = false;
-  char last = 0;  // that is no blank
-  for (const char c : line) {
-    if (c == '"') is_quoted = !is_quoted;
-    if (is_quoted) continue;
-    if (c == ';') return ';';
-    has_tab = has_tab || (c == '\t' && last != ',');
-    if (c != ' ' && c != '\t') last = c;
+std::vector<std::string> split_at_commas(std::string_view line) {
+  std::vector<std::string> fields;
+  while (true) {
+    const auto comma = line.find(',');
+    fields.emplace_back(trimmed(line.substr(0, comma)));
+    if (comma == std::string_view::npos) return fields;
+    line.remove_prefix(comma + 1);
   }
-  return has_tab ? '\t' : ',';
-}
-
-std::vector<std::string> split_csv(std::string_view line, char separator) {
-  std::vector<std::string> fields(1);
-  bool is_quoted = false;
-  for (std::size_t i = 0; i < line.size(); ++i) {
-    const char c = line[i];
-    if (is_quoted && c == '"' && line.substr(i, 2) == "\"\"") {  // a quote within quotes
-      fields.back() += line[i++];
-    } else if (c == '"' && (is_quoted || trimmed(fields.back()).empty())) {
-      is_quoted = !is_quoted;
-    } else if (c == separator && !is_quoted) {
-      fields.emplace_back();
-    } else {
-      fields.back() += c;
-    }
-  }
-  for (std::string& field : fields) {
-    field = trimmed(field);
-    if (separator != ',' && is_number_with_comma(field)) field[field.find(',')] = '.';
-  }
-  return fields;
 }
 
 bool is_missing(std::string_view field) {
-  constexpr std::string_view markers[] = {"",     "na",       "n/a",       "#n/a", "<na>", "nan",
-                                          "-nan", "nan(ind)", "-nan(ind)", "null", "none"};
-  return is_one_of(field, markers);
+  constexpr std::string_view markers[] = {"", "NA", "NaN", "nan", "null"};
+  return std::find(std::begin(markers), std::end(markers), field) != std::end(markers);
 }
 
 std::string shown(std::string_view field) {
@@ -128,10 +86,8 @@ std::optional<std::int64_t> whole_number(std::string_view field) {
 }
 
 std::optional<bool> truth(std::string_view field) {
-  constexpr std::string_view yes[] = {"true", "t"}, no[] = {"false", "f"};
-  const std::int64_t number = whole_number(field).value_or(-1);
-  if (number == 1 || is_one_of(field, yes)) return true;
-  if (number == 0 || is_one_of(field, no)) return false;
+  if (field == "1" || field == "true" || field == "True") return true;
+  if (field == "0" || field == "false" || field == "False") return false;
   return std::nullopt;
 }
 
@@ -145,27 +101,22 @@ TextFile::TextFile(std::string file, const std::string& what) : file_(std::move(
 // Returns whether there was one.
 bool TextFile::read_line() {
   line_.clear();
-  ++line_number_;
-  bool has_any = false;
-  for (char byte = 0; stream_.get(byte);) {
+  char byte = 0;
+  while (byte != '\n' && stream_.get(byte)) {
     if (++size_ > largest_file) fail("a file of at most 256 MiB");
-    const bool is_second_of_two = byte == '\n' && is_after_return_;
-    is_after_return_ = byte == '\r';
-    if (is_second_of_two) continue;
-    has_any = true;
-    if (byte == '\n' || byte == '\r') break;
     line_ += byte;
     if (line_.size() > longest_line) fail("a line of at most 65536 bytes");
   }
-  if (!has_any) --line_number_;
-  return has_any;
+  line_number_ += line_.empty() ? 0 : 1;
+  return !line_.empty();
 }
 
 std::optional<std::string_view> TextFile::next() {
   while (read_line()) {
     if (line_.find('\0') != std::string::npos) fail("text in UTF-8, not UTF-16 or binary data; save as UTF-8");
     if (line_number_ == 1 && line_.compare(0, 3, "\xEF\xBB\xBF") == 0) line_.erase(0, 3);
-    if (!trimmed(line_).empty()) return line_;
+    const std::string_view text = trimmed(line_);
+    if (!text.empty()) return text;
   }
   if (stream_.bad()) throw InputError(file_ + ": reading failed after line " + std::to_string(line_number_));
   return std::nullopt;

@@ -28,24 +28,16 @@ inline void require_input(bool holds, const std::string& message) {
 /// Returns a message as one line of limited length, whatever file names or fields it contains.
 std::string one_line(std::string message);
 
-/// Returns a text without the blanks, tabs and carriage returns at both ends.
+/// Returns a text without the blanks, tabs and line ends at both ends.
 std::string_view trimmed(std::string_view text);
 
 /// Returns the fields between blanks and tabs.
 std::vector<std::string_view> split_at_blanks(std::string_view text);
 
-/// Returns what separates the fields of a line of CSV outside of quotes: ';' or, without one, a tab that is no blank
-/// behind a comma; otherwise ','.
-char separator_of(std::string_view line);
+/// Returns the fields of a line of CSV without quotes, trimmed.
+std::vector<std::string> split_at_commas(std::string_view line);
 
-/// Returns the fields of a line of CSV as pandas, R and spreadsheets write it: they may have quotes (RFC 4180) and
-/// blanks around them. Where commas do not separate, they are decimal: 1,5 becomes 1.5.
-std::vector<std::string> split_csv(std::string_view line, char separator);
-
-/// The same with the line's own separator.
-inline std::vector<std::string> split_csv(std::string_view line) { return split_csv(line, separator_of(line)); }
-
-/// Returns whether a field says that there is no value, as NA of R and nan of pandas do.
+/// Returns whether a field says that there is no value: it is empty, or NA, nan or null.
 bool is_missing(std::string_view field);
 
 /// Returns a field as messages show it.
@@ -57,17 +49,17 @@ std::optional<double> finite_number(std::string_view field);
 /// Returns the integer that the entire field is; also of 12.0 and 1e3, up to where doubles are exact.
 std::optional<std::int64_t> whole_number(std::string_view field);
 
-/// Returns what the entire field says, as 1, true, T, FALSE and so on.
+/// Returns what the entire field says: 1, true or True; 0, false or False.
 std::optional<bool> truth(std::string_view field);
 
-/// A text file, line by line, for readers whose errors name the line. Lines end in LF, CRLF or CR. UTF-16, other
-/// data with a zero byte, and lines and files that never end, are refused.
+/// A text file, line by line, for readers whose errors name the line. Lines end in LF or CRLF. UTF-16, other data
+/// with a zero byte, and lines and files that never end, are refused.
 class TextFile {
  public:
   /// `what`: its kind, for messages, as in "trajectory file". Throws InputError if the file cannot be opened.
   TextFile(std::string file, const std::string& what);
 
-  /// Returns the next line that has text, or nothing at the end of the file; valid until the next call. Throws
+  /// Returns the next line that has text, trimmed, or nothing at the end of the file; valid until the next call. Throws
   /// InputError if reading fails.
   std::optional<std::string_view> next();
 
@@ -86,8 +78,7 @@ class TextFile {
 
   std::string file_;
   std::ifstream stream_;
-  std::size_t size_ = 0;          // of the file, as far as it is read
-  bool is_after_return_ = false;  // the last byte was CR: an LF belongs to it
+  std::size_t size_ = 0;  // of the file, as far as it is read
   std::string line_;
   std::size_t line_number_ = 0;
 };
