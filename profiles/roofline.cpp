@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: MIT
 // Compares the evaluation of a full round with the limits of this core: its peak of float32 fused multiply-adds, and
 // the loads from its L2 cache. All measurements take turns in short pieces, so that a transient load slows all of them
-// down. Writes JSON.
+// down. Writes JSON. Compiled for this processor, with vector types of gcc and clang.
 #include "bench/world/scene.hpp"
 #include "kernel/blocks/stored_rows.hpp"
 #include "kernel/information/information_factor.hpp"
-#include "profiles/core.hpp"
-#include "simd/isas.hpp"
 #include "simd/kernel.hpp"
 
 #include <unistd.h>
@@ -15,23 +13,63 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <cstring>
 #include <functional>
 #include <iterator>
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <string>
 #include <utility>
 #include <vector>
 
 namespace maxlogdet::profiles {
 
-#define MAXLOGDET_DECLARE(name, is_there) extern const Core name##_core;
-MAXLOGDET_ISAS(MAXLOGDET_DECLARE)
-
 namespace {
 
-#define MAXLOGDET_ADDRESS(name, is_there) &name##_core,
-const Core* const cores[] = {MAXLOGDET_ISAS(MAXLOGDET_ADDRESS)};
+#if defined(__AVX512F__)
+constexpr std::size_t lanes = 16;  // float32 in a vector
+constexpr int chains = 16;         // independent sums: more than latency times throughput, and in registers
+#elif defined(__AVX2__)
+constexpr std::size_t lanes = 8;
+constexpr int chains = 12;
+#else
+constexpr std::size_t lanes = 4;
+constexpr int chains = 12;
+#endif
+using Pack = float __attribute__((vector_size(lanes * sizeof(float))));
+
+template <std::size_t n>
+float total(const Pack (&packs)[n]) {
+  Pack all = packs[0];
+  for (std::size_t i = 1; i < n; ++i) all += packs[i];
+  float result = 0;
+  for (std::size_t lane = 0; lane < lanes; ++lane) result += all[lane];
+  return result;
+}
+
+float multiply_add(std::size_t steps, float factor, float addend) {
+  Pack x[chains] = {};
+  for (int chain = 0; chain < chains; ++chain) x[chain] += static_cast<float>(chain);  // equal ones would be merged
+  for (std::size_t step = 0; step < steps; ++step) {
+    for (Pack& chain : x) chain = chain * factor + addend;
+  }
+  return total(x);
+}
+
+constexpr std::size_t partial_sums = 8;
+
+float sum(const float* data, std::size_t count, std::size_t passes) {
+  Pack x[partial_sums] = {};
+  for (std::size_t pass = 0; pass < passes; ++pass) {
+    for (std::size_t i = 0; i < count; i += partial_sums * lanes) {
+      for (std::size_t j = 0; j < partial_sums; ++j) {
+        Pack loaded;
+        std::memcpy(&loaded, data + i + j * lanes, sizeof loaded);
+        x[j] += loaded;
+      }
+    }
+  }
+  return total(x);
+}
 
 constexpr std::size_t turns = 2000;
 constexpr double piece_seconds = 30e-6;  // longer than reading the clock takes, shorter than a time slice
@@ -66,23 +104,23 @@ class Measurement {
 volatile float sink = 0;  // keeps the compiler from dropping the work
 
 // Of flops.
-Measurement peak_of(const Core* core) {
+Measurement peak() {
   constexpr std::size_t steps = 1000;
-  return {2.0 * steps * core->chains * core->lanes, [core] { sink = core->multiply_add(steps, 0.5f, 1.0f); }};
+  return {2.0 * steps * chains * lanes, [] { sink = multiply_add(steps, 0.5F, 1.0F); }};
 }
 
 // Of bytes loaded from an array of a fourth of the L2 cache, as the operating system reports it, or of a common size.
-Measurement loads_of(const Core* core) {
+Measurement loads() {
   constexpr std::size_t passes = 8;
   const long reported = sysconf(_SC_LEVEL2_CACHE_SIZE);
   const std::size_t bytes = (reported > 0 ? static_cast<std::size_t>(reported) : 524288) / 4;
-  const std::size_t count = bytes / sizeof(float) / sum_block * sum_block;
-  auto memory = std::make_shared<std::vector<float>>(count + 16, 1.0f);
+  const std::size_t count = bytes / sizeof(float) / (partial_sums * lanes) * (partial_sums * lanes);
+  const auto memory = std::make_shared<std::vector<float>>(count + lanes, 1.0F);
   void* aligned = memory->data();
   std::size_t space = memory->size() * sizeof(float);
-  std::align(64, count * sizeof(float), aligned, space);
+  std::align(sizeof(Pack), count * sizeof(float), aligned, space);
   return {static_cast<double>(passes * count * sizeof(float)),
-          [memory, aligned, count, core] { sink = core->sum(static_cast<const float*>(aligned), count, passes); }};
+          [memory, aligned, count] { sink = sum(static_cast<const float*>(aligned), count, passes); }};
 }
 
 // The arithmetic of one gain in float32. Y = H W^T takes 6 products and 15 fused multiply-adds per row; a dot product
@@ -99,14 +137,14 @@ struct Arithmetic {
 };
 constexpr Arithmetic arithmetics[] = {{2, 110, 66}, {3, 200, 118}};
 
-// Evaluates the gains of all candidates with one instruction set of this machine, in the middle of a selection.
+// Evaluates the gains of all candidates, in the middle of a selection.
 class FullRound {
  public:
   static constexpr std::size_t candidates = 2000;
 
-  FullRound(const std::string& isa, int rows) : rows_(rows) {
+  explicit FullRound(int rows) : rows_(rows) {
     for (const simd::Kernel* const* kernel = simd::built_in(); *kernel != nullptr; ++kernel) {
-      if (isa == (*kernel)->isa) kernel_ = *kernel;
+      if (std::strcmp(active_isa(), (*kernel)->isa) == 0) kernel_ = *kernel;
     }
     BlockOptions options;
     options.weighting = Weighting::map_bias;
@@ -146,55 +184,28 @@ class FullRound {
   std::vector<Tile> tiles_ = std::vector<Tile>(tile_count);
 };
 
-// What one instruction set reaches.
-struct Roof {
-  explicit Roof(const Core* on) : core(on), peak(peak_of(on)) {
-    for (const Arithmetic& arithmetic : arithmetics) {
-      const auto round = std::make_shared<FullRound>(core->isa, arithmetic.rows);
-      gains.emplace_back(FullRound::candidates, [round] { (*round)(); });
-    }
+nlohmann::ordered_json measure() {
+  Measurement flops = peak(), bytes = loads();
+  std::vector<Measurement> gains;
+  for (const Arithmetic& arithmetic : arithmetics) {
+    const auto round = std::make_shared<FullRound>(arithmetic.rows);
+    gains.emplace_back(FullRound::candidates, [round] { (*round)(); });
   }
-
-  void take_turn() {
-    peak.take_turn();
+  for (std::size_t turn = 0; turn < turns; ++turn) {
+    flops.take_turn();
+    bytes.take_turn();
     for (Measurement& of_rows : gains) of_rows.take_turn();
   }
-
-  const Core* core;
-  Measurement peak;                // of flops
-  std::vector<Measurement> gains;  // by arithmetic
-};
-
-nlohmann::ordered_json json_of(const Roof& roof, std::size_t i) {
-  const Core& core = *roof.core;
-  const Arithmetic& arithmetic = arithmetics[i];
-  const double gains = roof.gains[i].highest();
-  // Vector instructions per second: those that the gains take, and those that the core executes at its peak.
-  const double slots = roof.peak.highest() / (2.0 * core.lanes) * core.instructions_per_fma;
-  const int operations = core.instructions_per_fma == 1 ? arithmetic.vector_operations : arithmetic.flops;
-  return {{"rows", arithmetic.rows},
-          {"isa", core.isa},
-          {"ns_per_gain", 1e9 / gains},
-          {"share_of_peak", gains * arithmetic.flops / roof.peak.highest()},
-          {"share_of_slots", gains * operations / core.lanes / slots},
-          {"gb_s", 1e-9 * gains * arithmetic.bytes()}};
-}
-
-nlohmann::ordered_json measure() {
-  std::vector<Roof> roofs;
-  for (const Core* core : cores) {
-    if (isa_is_supported(core->isa)) roofs.emplace_back(core);
-  }
-  Measurement l2 = loads_of(roofs.back().core);
-  for (std::size_t turn = 0; turn < turns; ++turn) {
-    l2.take_turn();
-    for (Roof& roof : roofs) roof.take_turn();
-  }
-  nlohmann::ordered_json result;
-  for (const Roof& roof : roofs) result["peak_gflops"][roof.core->isa] = 1e-9 * roof.peak.highest();
-  result["l2_gb_s"] = 1e-9 * l2.highest();
-  for (const Roof& roof : roofs) {
-    for (std::size_t i = 0; i < std::size(arithmetics); ++i) result["full_round"].push_back(json_of(roof, i));
+  nlohmann::ordered_json result = {
+      {"isa", active_isa()}, {"peak_gflops", 1e-9 * flops.highest()}, {"l2_gb_s", 1e-9 * bytes.highest()}};
+  for (std::size_t i = 0; i < std::size(arithmetics); ++i) {
+    const Arithmetic& arithmetic = arithmetics[i];
+    const double per_second = gains[i].highest();
+    result["full_round"].push_back({{"rows", arithmetic.rows},
+                                    {"ns_per_gain", 1e9 / per_second},
+                                    {"share_of_peak", per_second * arithmetic.flops / flops.highest()},
+                                    {"share_of_slots", 2 * per_second * arithmetic.vector_operations / flops.highest()},
+                                    {"gb_s", 1e-9 * per_second * arithmetic.bytes()}});
   }
   return result;
 }

@@ -31,7 +31,7 @@ constexpr const char* to_string(Caches caches) { return caches == Caches::hot ? 
 /// as many as --benchmark_repetitions says.
 void add_case(const std::string& name, std::function<Work()> make_work, Caches caches = Caches::hot, int blocks = 0);
 
-/// grid/: select() and Eigen's selections over n, k, epsilon and instruction sets. threads/, choose/, line/: select()
+/// grid/: select() and Eigen's selections over n, k, epsilon and instruction sets. threads/, choose/: select()
 /// on several threads.
 void add_selection_cases();
 /// tracker/: the cost per frame of a tracker. baseline/: a selection with Eigen, to see whether the machine is steady.

@@ -12,13 +12,11 @@
 #include "tests/support/processor.hpp"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <cstdio>
 #include <map>
 #include <memory>
 #include <string>
-#include <thread>
 #include <tuple>
 #include <vector>
 
@@ -182,27 +180,6 @@ void add_other_frames() {
   }
 }
 
-constexpr std::uint32_t trips = 20000;
-
-// The time in which a cache line travels to another thread's core and back, `trips` times.
-Work line_work() {
-  return {[](std::size_t /*call*/) {
-    struct alignas(128) Line {
-      std::atomic<std::uint32_t> count{0};
-    } line;
-    const auto answer = [&line](std::uint32_t first) {  // two threads count in turn
-      for (std::uint32_t next = first; next < 2 * trips; next += 2) {
-        while (line.count.load(std::memory_order_acquire) != next) {
-        }
-        line.count.store(next + 1, std::memory_order_release);
-      }
-    };
-    std::thread other(answer, 1U);
-    answer(0U);
-    other.join();
-  }};
-}
-
 // What threads gain over n, and what the automatic choice (0) costs where one thread is best.
 void add_threads() {
   Case at;
@@ -224,7 +201,6 @@ void add_threads() {
     if (!at.is_stochastic()) add_all("threads", {2000, 10000, 20000, 50000, 100000}, {1, most});
     add_all("choose", {200, 500, 1000, 2000, 5000}, {0, 1});
   }
-  add_case("line/" + std::to_string(trips) + "_round_trips", line_work);
 }
 
 }  // namespace

@@ -21,7 +21,6 @@ struct Task {
   std::size_t n;
   std::size_t k = 100;
   std::string isa = active_isa();
-  Strategy strategy = Strategy::lazy_greedy;
 
   const TrackerFrames& frames = frames_of(kind, n);
 
@@ -39,7 +38,6 @@ Work library_work(const Task& task, bool builds, bool selects) {
   const test::ForcedIsa forced(task.isa.c_str());
   const std::shared_ptr<State> state(new State{BlockStore(task.n), Selector(task.n), {}});
   state->options.budget = task.k;
-  state->options.strategy = task.strategy;
   state->options.prior = common_prior();
   const auto prepare = [=](std::size_t call) {
     if (!builds) task.frame(call).build(state->blocks);
@@ -47,7 +45,6 @@ Work library_work(const Task& task, bool builds, bool selects) {
   const auto run = [=](std::size_t call) {
     if (builds) task.frame(call).build(state->blocks);
     if (!selects) return;
-    state->options.stochastic.seed = call;
     state->selection = state->selector.select(state->blocks, state->options);
   };
   const auto record = [=](std::size_t /*call*/, Sums& sums) {
@@ -120,14 +117,13 @@ void add(const std::string& method, const Task& task, Caches caches, const MakeW
 }
 
 Work whole_frame(const Task& task) { return good_features_work(task, true); }
-Work selection_alone(const Task& task) { return library_work(task, false, true); }
 
 // The steps of a frame, with the library and with Eigen.
 void add_frame(const Task& task, Caches caches) {
   add("align", task, caches, [](const Task& its) { return good_features_work(its, false); });
   add("good_features", task, caches, whole_frame);
   add("append_blocks", task, caches, [](const Task& its) { return library_work(its, true, false); });
-  add("lazy_greedy", task, caches, selection_alone);
+  add("lazy_greedy", task, caches, [](const Task& its) { return library_work(its, false, true); });
   add("blocks_and_select", task, caches, [](const Task& its) { return library_work(its, true, true); });
   add("eigen_align", task, caches, eigen_alignment_work);
   add("eigen_lazy_scan", task, caches, eigen_work);
@@ -143,7 +139,6 @@ void add_tracker_cases() {
       for (const Caches caches : {Caches::hot, Caches::cold}) {
         for (const std::string& isa : isas) add_frame({kind, n, 100, isa}, caches);
       }
-      add("stochastic_greedy", {kind, n, 100, isas.front(), Strategy::stochastic_greedy}, Caches::hot, selection_alone);
     }
     add("good_features", {kind, 465, 200}, Caches::cold, whole_frame);
   }

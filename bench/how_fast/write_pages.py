@@ -81,14 +81,6 @@ def against_eigen(results):
                   "Eigen ÷ maxlogdet (ratio)"], rows)  # fmt: skip
 
 
-def sampling(results):
-    rows = []
-    for n in ("465", "2000"):
-        lazy, stochastic = (results.tracker(method, STEREO, n) for method in ("lazy_greedy", "stochastic_greedy"))
-        rows.append([n, us(lazy), us(stochastic), lost(stochastic, lazy)])
-    return table(["n", "`lazy_greedy`, median, µs", "`stochastic_greedy`, median, µs", "loss, mean, nats"], rows)
-
-
 def tracker_latency(results):
     """The table of README.md."""
     rows = []
@@ -159,9 +151,6 @@ def crossover(results):
                                      for threads in ("1", several)))  # fmt: skip
     costs = [ratio(results.find(kind="choose", method=row["method"], n=row["n"], threads="0"), row)
              for row in results.rows if row["kind"] == "choose" and row["threads"] == "1"]  # fmt: skip
-    line = results.find(kind="line")
-    trips = int(line["method"].split("_")[0])
-    trip, fastest, slowest = (1e3 * time / trips for time in (line["us"], min(line["times"]), max(line["times"])))
     methods = ["greedy", "lazy_greedy"]  # rounds of stochastic_greedy are too short for threads
     return [
         *paragraph(f"The table has the time of one thread divided by the time of {several}, on EuRoC-like simulated",
@@ -170,9 +159,7 @@ def crossover(results):
         *table(["n", *(f"`{name}` (ratio)" for name in methods)],
                ([n, *(times(gain(method, n)) for method in methods)] for n in sorted({row["n"] for row in found}, key=int))),
         "",
-        *paragraph(f"The round trip of a cache line between the cores took {trip:.0f} ns ({fastest:.0f} to",
-                   f"{slowest:.0f}). Up to 5000 candidates, `threads = 0` takes at most {max(costs):.2f} times as",
-                   "long as `threads = 1`."),
+        *paragraph(f"Up to 5000 candidates, `threads = 0` takes at most {max(costs):.2f} times as long as `threads = 1`."),
     ]  # fmt: skip
 
 
@@ -202,8 +189,8 @@ def targets(results):
     add("Eigen ÷ `stochastic_greedy`, ε = 0.1", 2.5,
         [ratio(eigen, results.grid("stochastic_greedy", isa=isa)) for isa in isas],
         "draws and updates, which Eigen pays, too")  # fmt: skip
-    shares = {r["isa"]: r["share_of_peak"] for r in json_of(ROOT / "profiles/roofline.json")["full_round"] if r["rows"] == 2}
-    add("full round ÷ [peak of the core](profiles.md)", 0.8, [shares.get(isas[0], math.nan)],
+    [share] = [r["share_of_peak"] for r in json_of(ROOT / "profiles/roofline.json")["full_round"] if r["rows"] == 2]
+    add("full round ÷ [peak of the core](profiles.md)", 0.8, [share],
         "multiplications that have nothing to add")  # fmt: skip
     names = [*(ISAS[isa] for isa in isas), "–"][:2]
     return table(["case (ratio)", "target", *names, "met", "what bounds it"], rows)
@@ -212,7 +199,7 @@ def targets(results):
 README, PERFORMANCE, THREADING, MAINTENANCE = (
     ROOT / page for page in ("README.md", "docs/performance.md", "docs/threading.md", "docs/maintenance.md"))  # fmt: skip
 SECTIONS = [  # the kinds of cases that were measured, how stamps name the run, and what it rewrites
-    ({"tracker"}, "how_fast --tracker", {PERFORMANCE: [plan, frames, alignment, against_eigen, sampling], README: [tracker_latency]}),
+    ({"tracker"}, "how_fast --tracker", {PERFORMANCE: [plan, frames, alignment, against_eigen], README: [tracker_latency]}),
     ({"grid"}, "how_fast", {PERFORMANCE: [settings, strategies]}),
     ({"threads"}, "how_fast --threads", {THREADING: [crossover]}),
     ({"tracker", "grid"}, "how_fast", {MAINTENANCE: [targets]}),
