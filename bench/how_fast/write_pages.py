@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Rewrites the tables of what was measured: in README.md, docs/performance.md, docs/threading.md and, after a run of all
-cases, docs/maintenance.md, which also needs the record of profiles/run.
+"""Rewrites the tables of what was measured, in README.md, docs/performance.md, docs/threading.md and docs/maintenance.md;
+the last one also needs the record of profiles/run.
 
 Usage: write_pages.py BENCH.json
 """
@@ -198,27 +198,24 @@ def targets(results):
 
 README, PERFORMANCE, THREADING, MAINTENANCE = (
     ROOT / page for page in ("README.md", "docs/performance.md", "docs/threading.md", "docs/maintenance.md"))  # fmt: skip
-SECTIONS = [  # the kinds of cases that were measured, how stamps name the run, and what it rewrites
-    ({"tracker"}, "how_fast --tracker", {PERFORMANCE: [plan, frames, alignment, against_eigen], README: [tracker_latency]}),
-    ({"grid"}, "how_fast", {PERFORMANCE: [settings, strategies]}),
-    ({"threads"}, "how_fast --threads", {THREADING: [crossover]}),
-    ({"tracker", "grid"}, "how_fast", {MAINTENANCE: [targets]}),
-]
+SECTIONS = {
+    README: [tracker_latency],
+    PERFORMANCE: [plan, frames, alignment, against_eigen, settings, strategies],
+    THREADING: [crossover],
+    MAINTENANCE: [targets],
+}
 
 
 def main():
     if len(sys.argv) != 2:
         sys.exit(__doc__)
     results = Results(sys.argv[1])
-    for kinds, run, pages in SECTIONS:
-        if not kinds <= {row["kind"] for row in results.rows}:
-            continue
-        for page, sections in pages.items():
-            for section in sections:
-                lines = section(results)
-                print("\n".join(lines))
-                rewrite(page, section.__name__, lines)
-            stamp(page, run)
+    for page, sections in SECTIONS.items():
+        for section in sections:
+            lines = section(results)
+            print("\n".join(lines))
+            rewrite(page, section.__name__, lines)
+        stamp(page, "how_fast")
 
 
 if __name__ == "__main__":
