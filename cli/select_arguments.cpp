@@ -13,6 +13,12 @@
 namespace maxlogdet::cli {
 namespace {
 
+// Throws an InputError if an option is given that does nothing without `needed`.
+void refuse_idle(const CLI::App& command, const std::string& option, bool has_needed, const std::string& needed) {
+  if (has_needed || command.count(option) == 0) return;
+  throw sim::InputError(option + " does nothing here; expected with it " + needed);
+}
+
 constexpr std::int64_t max_count = 1'000'000'000;
 
 void add_search_options(CLI::App& command, SelectArguments& arguments) {
@@ -81,10 +87,10 @@ void add_output_options(CLI::App& command, SelectArguments& arguments) {
 void check_used(const CLI::App& command, const SelectArguments& arguments) {
   const bool is_stochastic = arguments.strategy == to_string(Strategy::stochastic_greedy);
   const bool has_map_sigma = arguments.weighting == to_string(Weighting::measurement_and_map);
-  sim::refuse_idle(command, "--epsilon", is_stochastic, "--strategy stochastic_greedy");
-  sim::refuse_idle(command, "--seed", is_stochastic, "--strategy stochastic_greedy");
-  sim::refuse_idle(command, "--map-sigma", has_map_sigma, "--weighting measurement_and_map");
-  sim::refuse_idle(command, "--max-per-cell", !arguments.grid.empty(), "--grid");
+  refuse_idle(command, "--epsilon", is_stochastic, "--strategy stochastic_greedy");
+  refuse_idle(command, "--seed", is_stochastic, "--strategy stochastic_greedy");
+  refuse_idle(command, "--map-sigma", has_map_sigma, "--weighting measurement_and_map");
+  refuse_idle(command, "--max-per-cell", !arguments.grid.empty(), "--grid");
 }
 
 void check_plot_data(const std::string& file) {

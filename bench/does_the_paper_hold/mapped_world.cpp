@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "bench/does_the_paper_hold/mapped_world.hpp"
 
-#include "bench/world/angles.hpp"
 #include "bench/world/scene.hpp"
 
 #include <algorithm>

@@ -2,7 +2,6 @@
 #include "bench/does_the_paper_hold/metrics.hpp"
 
 #include "bench/does_the_paper_hold/estimate.hpp"
-#include "bench/world/angles.hpp"
 #include "bench/world/draws.hpp"
 #include "bench/world/pose_optimizer.hpp"
 #include "bench/world/scene.hpp"

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "bench/does_the_paper_hold/trajectory.hpp"
 
-#include "bench/world/angles.hpp"
 #include "bench/world/text_file.hpp"
 
 #include <Eigen/Geometry>

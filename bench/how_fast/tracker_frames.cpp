@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "bench/how_fast/tracker_frames.hpp"
 
-#include "bench/world/angles.hpp"
 #include "bench/world/draws.hpp"
 #include "bench/world/projection.hpp"
 #include "bench/world/scene.hpp"

@@ -37,13 +37,6 @@ inline std::uint64_t seed_of(const std::string& text) {
   return seed;
 }
 
-/// Throws an InputError if an option is given that does nothing without `needed`.
-inline void refuse_idle(const CLI::App& command, const std::string& option, bool has_needed,
-                        const std::string& needed) {
-  if (has_needed || command.count(option) == 0) return;
-  throw InputError(option + " does nothing here; expected with it " + needed);
-}
-
 /// The main function of a program, to which `add_commands(CLI::App&)` adds at least one subcommand. Returns 0, or 2
 /// after an error, of which standard error has one line.
 template <class AddCommands>

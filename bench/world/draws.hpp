@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "bench/world/angles.hpp"
+#include "bench/world/se3.hpp"
 #include "kernel/base/counter_random.hpp"
 
 #include <Eigen/Core>

@@ -1,10 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "bench/world/se3.hpp"
 
-#include "bench/world/angles.hpp"
-
-#include <Eigen/LU>
-#include <Eigen/SVD>
 #include <cmath>
 
 namespace maxlogdet::sim {
@@ -58,15 +54,6 @@ Pose orthonormal(const Pose& T) {
   Pose result = T;
   result.linear() = Eigen::Quaterniond(T.linear()).normalized().toRotationMatrix();
   return result;
-}
-
-std::optional<Pose> nearest_pose(const Eigen::Matrix<double, 3, 4>& rows) {
-  const Eigen::Matrix3d R = rows.leftCols<3>();
-  if (!(R * R.transpose()).isIdentity(1e-3) || R.determinant() < 0) return std::nullopt;
-  Pose T = Pose::Identity();
-  T.linear() = Eigen::Affine3d(R).rotation();  // by singular values; a Pose would assume that R is a rotation
-  T.translation() = rows.col(3);
-  return T;
 }
 
 Pose pose_of(const std::array<double, 12>& rows) {

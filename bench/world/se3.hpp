@@ -4,9 +4,12 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <array>
-#include <optional>
 
 namespace maxlogdet::sim {
+
+constexpr double pi = 3.14159265358979323846;
+constexpr double degrees = 180 / pi;  ///< of a radian
+constexpr double radians = pi / 180;  ///< of a degree
 
 using Vector6 = Eigen::Matrix<double, 6, 1>;  ///< (translation, rotation), m and rad
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
@@ -31,9 +34,6 @@ double camera_angle_deg(const Pose& a, const Pose& b);
 
 /// Projects the rotation of a pose back onto SO(3), which products of many leave by rounding.
 Pose orthonormal(const Pose& T);
-
-/// Returns the rigid transform next to [R | t], 3 x 4; nothing if R is not a rotation within 1e-3.
-std::optional<Pose> nearest_pose(const Eigen::Matrix<double, 3, 4>& rows);
 
 /// Convert from and to 3 x 4 row-major.
 Pose pose_of(const std::array<double, 12>& rows);

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Poses against the matrix exponential, and errors of trajectories against their definition.
 #include "bench/does_the_paper_hold/trajectory.hpp"
-#include "bench/world/angles.hpp"
 #include "bench/world/se3.hpp"
 #include "tests/support/linear_algebra.hpp"
 #include "tests/support/random_isometry.hpp"

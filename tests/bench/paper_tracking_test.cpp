@@ -2,7 +2,6 @@
 // Section V of the paper: the simulated world against its options, observability against numerical derivatives, a run
 // against its steps by hand, tables by hand.
 #include "bench/does_the_paper_hold/tracking.hpp"
-#include "bench/world/angles.hpp"
 #include "bench/world/hash.hpp"
 #include "bench/world/pose_optimizer.hpp"
 #include "bench/world/scene.hpp"

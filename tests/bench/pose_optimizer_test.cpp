@@ -3,7 +3,6 @@
 // changes the unit of length.
 #include "bench/world/pose_optimizer.hpp"
 
-#include "bench/world/angles.hpp"
 #include "bench/world/projection.hpp"
 #include "tests/bench/simulated_frames.hpp"
 #include "tests/support/camera_oracle.hpp"
