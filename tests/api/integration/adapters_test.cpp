@@ -45,7 +45,8 @@ TEST_P(AnyAdapter, the_tracker_continues_with_what_a_selector_selects_by_derivat
   for (std::size_t i = 0; i < 300; ++i) EXPECT_EQ(world->hook().features.is_selected(i), kept.count(i) > 0) << i;
 }
 
-TEST_P(AnyAdapter, few_candidates_what_is_beyond_the_capacity_and_after_an_error_all_continue) {
+// What is beyond the capacity continues as well.
+TEST_P(AnyAdapter, few_candidates_and_after_an_error_all_of_them_continue_and_at_a_deadline_a_full_budget) {
   EXPECT_EQ(continued_with(*world_of(90, 100), "all_selected").size(), 90U);
   EXPECT_EQ(continued_with(*world_of(100, 100), "all_selected").size(), 100U);
   auto world = world_of(300, 100);

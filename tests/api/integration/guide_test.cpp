@@ -116,6 +116,9 @@ TEST_F(TraitsOfPoses, poses_of_the_guide_are_the_same) {
   starts.start(Camera(1, 1, 0, 0), own_pose);
   ASSERT_EQ(starts.poses.size(), 5U);
   for (const RigidTransform& pose : starts.poses) expect_same(pose, T);
+  GoodFeatures good(1);
+  guide::start_by_all(good, Camera(1, 1, 0, 0), Sophus::SE3d(R, t), rows.data(), columns.data(), R.data(), t.data());
+  expect_same(good.pose(), T);
 }
 
 // As T_cw = good.pose(), in a declaration and in an assignment.
