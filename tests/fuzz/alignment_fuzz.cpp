@@ -103,56 +103,6 @@ std::vector<std::uint64_t> bits_of_alignment(const GoodFeatures& good) {
   return bits;
 }
 
-// Whether no length of the frame is near the ends of float64, where scaling by 2^20 is not exact, and the prior has the
-// units of the blocks.
-bool is_moderate(const Frame& frame) {
-  const bool is_by_map =
-      frame.options.weighting == Weighting::map_bias || frame.options.weighting == Weighting::map_bias_world;
-  if (is_by_map && !frame.prior.empty()) return false;
-  const auto fits = [](double length) { return length == 0 || (std::abs(length) > 1e-30 && std::abs(length) < 1e20); };
-  bool all_fit = fits(frame.options.depth_sigma) && fits(frame.T_bw.data()[3]) && fits(frame.T_bw.data()[7]) &&
-                 fits(frame.T_bw.data()[11]);
-  for (const Match& made : frame.matches) {
-    for (const double coordinate : made.match.point) all_fit = all_fit && fits(coordinate);
-    for (const double entry : made.covariance) all_fit = all_fit && fits(entry);
-    all_fit = all_fit && (fits(made.match.depth) || made.match.depth == unmeasured);
-  }
-  for (const double entry : frame.prior) all_fit = all_fit && fits(entry);
-  return all_fit;
-}
-
-Frame scaled(Frame frame, double unit) {
-  double pose[12];
-  for (int e = 0; e < 12; ++e) pose[e] = frame.T_bw.data()[e] * (e % 4 == 3 ? unit : 1);
-  frame.T_bw = RigidTransform::row_major(pose);
-  for (Camera& camera : frame.cameras) camera.pinhole.bf *= unit;
-  frame.options.depth_sigma *= unit;
-  frame.options.map_sigma *= unit;
-  for (Match& made : frame.matches) {
-    for (double& coordinate : made.match.point) coordinate *= unit;
-    for (double& entry : made.covariance) entry *= unit * unit;
-    if (made.match.depth > 0) made.match.depth *= unit;
-  }
-  for (std::size_t e = 0; e < frame.prior.size(); ++e)
-    frame.prior[e] /= (e / 6 < 3 ? unit : 1) * (e % 6 < 3 ? unit : 1);
-  return frame;
-}
-
-// What a frame is answered, without lengths: indices, inliers, the scale, the rotation.
-std::vector<std::uint64_t> answer_in(const Frame& frame, double unit) {
-  const Frame in_unit = scaled(frame, unit);
-  GoodFeatures good(80);
-  gather(in_unit, good);
-  Options options(20);
-  options.prior = in_unit.prior.empty() ? nullptr : in_unit.prior.data();
-  const Selection selection = good.select(options);
-  std::vector<std::uint64_t> answer(selection.begin(), selection.end());
-  for (std::size_t i = 0; i < good.size(); ++i) answer.push_back(good.is_inlier(i) ? 1 : 0);
-  answer.push_back(test::bits_of(good.alignment().scale));
-  for (int e = 0; e < 12; ++e) answer.push_back(test::bits_of(good.pose().data()[e] / (e % 4 == 3 ? unit : 1)));
-  return answer;
-}
-
 void check_alignment(const Frame& frame, const GoodFeatures& good) {
   const Alignment found = good.alignment();
   std::size_t inliers = 0;
@@ -189,11 +139,6 @@ void check_all(Bytes bytes) {
   if (selection.has_answer()) require(bits_of_alignment(good) == expected, "select() aligns in the same way");
   for (const std::uint32_t i : selection) {
     require(good.is_inlier(i) || frame.matches[i].match.is_required, "what is selected fits, or is required", i);
-  }
-  if (is_moderate(frame)) {
-    const std::vector<std::uint64_t> in_metres = answer_in(frame, 1);
-    for (const double unit : {0x1p-20, 0x1p-3, 0x1p17})
-      require(answer_in(frame, unit) == in_metres, "the unit of length changes lengths alone", unit);
   }
   for (int isa = 0; built_in_isa(isa) != nullptr; ++isa) {
     if (!isa_is_supported(built_in_isa(isa))) continue;

@@ -2,14 +2,13 @@
 // Where there is no libFuzzer: runs a fuzz target on every file of a folder, or on all regressions and the share of the
 // others that MAXLOGDET_TEST_SHARE names. Usage: PROGRAM FOLDER
 #include "tests/support/support.hpp"
+#include "tests/support/text_folder.hpp"
 
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <string>
 #include <vector>
 
@@ -35,10 +34,8 @@ int main(int argc, char** argv) {
     ++count;
     std::printf("%s\n", files[i].c_str());  // the last one printed is that of a failure
     std::fflush(stdout);
-    std::ifstream stream(files[i], std::ios::binary);
-    const std::vector<char> text{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
-    const std::vector<std::uint8_t> bytes(text.begin(), text.end());
-    (void)LLVMFuzzerTestOneInput(bytes.data(), bytes.size());
+    const std::string bytes = maxlogdet::test::text_of(files[i]);
+    (void)LLVMFuzzerTestOneInput(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size());
   }
   std::printf("%zu of %zu inputs replayed\n", count, files.size());
   return 0;

@@ -2,12 +2,12 @@
 #pragma once
 
 #include "kernel/base/counter_random.hpp"
-#include "simd/rounding.hpp"
 #include "tests/fuzz/fuzz.hpp"
 #include "tests/support/support.hpp"
 
 #include <maxlogdet/maxlogdet.hpp>
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -46,16 +46,6 @@ inline AnyBlock any_block(Bytes& bytes) {
   return block;
 }
 
-inline double with_bit_changed(double entry, unsigned bit) {
-  const auto value = static_cast<float>(entry);
-  std::uint32_t bits = 0;
-  std::memcpy(&bits, &value, sizeof bits);
-  bits ^= 1U << bit;
-  float changed = 0;
-  std::memcpy(&changed, &bits, sizeof changed);
-  return static_cast<double>(changed);
-}
-
 /// What is hard for rounding: the block that the store holds for an earlier candidate, a multiple, or one bit changed.
 inline AnyBlock changed_copy(Bytes& bytes, const BlockStore& store) {
   AnyBlock block;
@@ -69,7 +59,11 @@ inline AnyBlock changed_copy(Bytes& bytes, const BlockStore& store) {
       for (double& each : block.entries) each *= factor;
       break;
     }
-    case 2: entry = with_bit_changed(entry, static_cast<unsigned>(bytes.below(32))); break;
+    case 2: {
+      const auto bits = Eigen::numext::bit_cast<std::uint32_t>(static_cast<float>(entry)) ^ (1U << bytes.below(32));
+      entry = static_cast<double>(Eigen::numext::bit_cast<float>(bits));
+      break;
+    }
     default: entry = static_cast<double>(std::nextafter(static_cast<float>(entry), bytes.chance(128) ? 1e38F : -1e38F));
   }
   return block;

@@ -3,7 +3,6 @@
 
 #include "bench/world/se3.hpp"
 #include "tests/support/linear_algebra.hpp"
-#include "tests/support/random_isometry.hpp"
 #include "tests/support/support.hpp"
 
 #include <gtest/gtest.h>
@@ -76,13 +75,6 @@ inline double largest_difference(const BlockStore& blocks, const std::vector<See
                         largest_difference(actual, expected) / largest_entry(expected)});
   }
   return largest;
-}
-
-/// Up to some two metres and a radian and a half from the origin, so that no rotation is its own inverse.
-inline sim::Pose random_pose(Random& random) {
-  sim::Vector6 xi;
-  xi << random_vector(random, 2), random_vector(random, 0.9);
-  return sim::exp_se3(xi);
 }
 
 /// In front of a camera of some 90 degrees.
