@@ -3,8 +3,7 @@
 #include "bench/does_the_paper_hold/trajectory.hpp"
 #include "bench/world/angles.hpp"
 #include "bench/world/se3.hpp"
-#include "tests/support/linear_algebra.hpp"
-#include "tests/support/random_isometry.hpp"
+#include "tests/support/camera_oracle.hpp"
 #include "tests/support/support.hpp"
 #include "tests/support/text_folder.hpp"
 

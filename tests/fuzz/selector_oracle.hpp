@@ -3,7 +3,6 @@
 
 #include "kernel/blocks/block_planes.hpp"
 #include "tests/support/oracle.hpp"
-#include "tests/support/prior_oracle.hpp"
 #include "tests/support/support.hpp"
 
 #include <maxlogdet/maxlogdet.hpp>

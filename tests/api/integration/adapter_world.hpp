@@ -2,8 +2,7 @@
 #pragma once
 
 #include "bench/world/se3.hpp"
-#include "tests/support/linear_algebra.hpp"
-#include "tests/support/random_isometry.hpp"
+#include "tests/support/camera_oracle.hpp"
 #include "tests/support/support.hpp"
 
 #include <gtest/gtest.h>

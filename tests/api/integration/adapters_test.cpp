@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // What holds of every adapter, in a tracker with the lines of docs/trackers.md.
 #include "tests/api/integration/adapter_world.hpp"
-#include "tests/support/recording.hpp"
+#include "tests/support/text_folder.hpp"
 
 #include <algorithm>
 #include <cstdio>

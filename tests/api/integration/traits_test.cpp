@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Poses and points of Eigen, Sophus and OpenCV, as PoseTraits and PointTraits read them, and what must not compile.
 // Those of a tracker of its own: guide_test.cpp.
-#include "tests/support/random_isometry.hpp"
+#include "tests/support/camera_oracle.hpp"
 #include "tests/support/support.hpp"
 
 #include <maxlogdet/block_store.hpp>
