@@ -187,8 +187,8 @@ void expect_guarantees(const Family& family, const Problem& asked, const AllSubs
     EXPECT_LE(reached, optimum + enumeration_error) << "better than the best of all subsets";
     const long double share = max_gain > 0 ? (reached - all.base()) / max_gain : 1;
     if (is_choice) record(family, asked, to_string(strategy), share, optimum - reached);
-    if (budget == 0 || budget == asked.blocks.stored()) {
-      EXPECT_NEAR(selection.upper_bound, selection.log_det, budget == 0 ? 1e-10 : 1e-6) << "there is one answer";
+    if (budget == 0) {
+      EXPECT_NEAR(selection.upper_bound, selection.log_det, 1e-10) << "the prior";
     }
     if (strategy == Strategy::stochastic_greedy) continue;
     EXPECT_GE(reached - all.base(), guarantee(budget - all.min_budget()) * max_gain - enumeration_error);
@@ -284,21 +284,43 @@ TEST(Certificate, is_never_below_the_optimum_at_any_scale_and_greedy_never_below
   });
 }
 
-// With none or half of the answer required: the candidates of the smallest traces.
+Options with_certificate(std::size_t budget) {
+  Options options = with_budget(budget);
+  options.certificate = true;
+  return options;
+}
+
+TEST(Certificate, is_tight_where_everything_is_selected) {
+  for_every_family(50, [](const BlockStore& blocks) {
+    Selector selector(80);
+    for (const std::size_t budget : {std::size_t{50}, std::size_t{80}}) {
+      const Selection selection = selector.select(blocks, with_certificate(budget));
+      EXPECT_EQ(selection.status, Status::all_selected);
+      EXPECT_NEAR(selection.upper_bound, selection.log_det, 1e-6);
+    }
+  });
+}
+
 TEST(Certificate, proves_greedy_nearly_optimal_on_frames) {
+  for_every_family(1000, [&](const BlockStore& blocks) {
+    Selector selector(blocks.size());
+    EXPECT_GE(selector.select(blocks, with_certificate(20)).certified_efficiency(), 0.9);
+    EXPECT_GE(selector.select(blocks, with_certificate(100)).certified_efficiency(), 0.99);
+  });
+}
+
+// With half of the answer required: the candidates of the smallest traces.
+TEST(Certificate, proves_as_much_where_candidates_are_required) {
   for_every_family(1000, [](const BlockStore& blocks) {
     std::vector<std::pair<double, std::size_t>> by_trace;
     for (std::size_t i = 0; i < blocks.size(); ++i) by_trace.emplace_back(stored_block(blocks, i).squaredNorm(), i);
     std::nth_element(by_trace.begin(), by_trace.begin() + 50, by_trace.end());
-    Problem problem = problem_of(blocks, 20);
-    problem.plain.certificate = true;
+    std::vector<unsigned char> required(blocks.size());
+    for (std::size_t j = 0; j < 50; ++j) required[by_trace[j].second] = 1;
+    Options options = with_certificate(100);
+    options.required = required.data();
     Selector selector(blocks.size());
-    EXPECT_GE(selector.select(blocks, problem.options()).certified_efficiency(), 0.9);
-    problem.plain.budget = 100;
-    EXPECT_GE(selector.select(blocks, problem.options()).certified_efficiency(), 0.99);
-    problem.required.resize(blocks.size());
-    for (std::size_t j = 0; j < 50; ++j) problem.required[by_trace[j].second] = 1;
-    EXPECT_GE(selector.select(blocks, problem.options()).certified_efficiency(), 0.99);
+    EXPECT_GE(selector.select(blocks, options).certified_efficiency(), 0.99);
   });
 }
 

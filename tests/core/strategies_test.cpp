@@ -363,10 +363,11 @@ double longest_row(const BlockStore& blocks) {
 }
 
 // Greedy's and lazy greedy's answer are the same, and as good as the limits say for their omega; stochastic greedy's is
-// sound. Where float64 has no digits left, nothing is proved of the answer, and the certificate says so; where that
-// proves anything, log det and every choice are right to a hundredth of a nat.
+// sound. Where float64 has no digits left, nothing is proved of the answer, and the certificate says so (few long rows
+// among shorter ones may leave it some); where that proves anything, log det and every choice are right to a hundredth
+// of a nat.
 void expect_within_limits(const BlockStore& blocks, std::size_t budget, const Matrix6& prior, double weakest,
-                          double condition = 1) {
+                          double condition = 1, bool are_alike = true) {
   const double omega = longest_row(blocks) / std::sqrt(weakest);
   SCOPED_TRACE("omega " + std::to_string(omega));
   Problem problem = problem_of(blocks, budget);
@@ -377,7 +378,7 @@ void expect_within_limits(const BlockStore& blocks, std::size_t budget, const Ma
   const Selection greedy = selector.select(blocks, problem.options(Strategy::greedy));
   expect_sound(problem, greedy, infinity);
   const Answer answer = greedy;
-  EXPECT_TRUE(omega <= no_digits_omega || answer.upper_bound == infinity);
+  EXPECT_TRUE(omega <= no_digits_omega || answer.upper_bound == infinity || !are_alike) << answer.upper_bound;
   EXPECT_TRUE(omega >= certain_omega || std::isfinite(answer.upper_bound));
   EXPECT_TRUE(std::isfinite(answer.upper_bound) || greedy.certified_efficiency() == 0);
   EXPECT_EQ(answer_to(blocks, problem.options(Strategy::lazy_greedy)), answer);
@@ -404,6 +405,7 @@ void expect_within_limits(const BlockStore& blocks, std::size_t budget, const Ma
 TEST(Limits, scale_of_blocks_and_condition_of_the_information) {
   for_each_trial(500, [](Random& random) {
     const int sort = random.integer(0, 2);
+    SCOPED_TRACE("sort " + std::to_string(sort));
     const double largest = sort == 2 ? 0 : random.uniform(sort == 0 ? -45 : -6, 38.5);
     const double weakest = sort == 2 ? std::pow(10.0, random.uniform(-19, 3)) : weak_prior;
     Vector6 columns = Vector6::Ones();
@@ -418,7 +420,7 @@ TEST(Limits, scale_of_blocks_and_condition_of_the_information) {
       const Block block = random_block(random, rows == 0 ? random.integer(1, 3) : rows, std::pow(10.0, exponent));
       return Block(block * columns.asDiagonal());
     });
-    expect_within_limits(blocks, 15, weakest * Matrix6::Identity(), weakest);
+    expect_within_limits(blocks, 15, weakest * Matrix6::Identity(), weakest, 1, sort != 1);
   });
 }
 
@@ -448,26 +450,22 @@ TEST(Limits, strong_priors) {
   for (const Strategy strategy : strategies) {
     for (const double size : {1e-8, 1e20, 1e100, 1e250, 1e300, 1e308}) {
       SCOPED_TRACE(std::string(to_string(strategy)) + ", " + std::to_string(size));
-      const BlockStore blocks = random_store(random, 40, size < 1 ? 1e-16 : (size < 1e308 ? 1 : 1e-20));
-      std::vector<std::uint32_t> by_index(40);
-      std::iota(by_index.begin(), by_index.end(), 0U);
-      std::vector<std::uint32_t> sorted = by_index;
-      const auto trace = [&](std::uint32_t i) { return stored_block(blocks, i).squaredNorm() / size; };
-      std::sort(sorted.begin(), sorted.end(), [&](auto a, auto b) { return trace(a) > trace(b); });
-      sorted.resize(10);
-      by_index.resize(10);
-      Problem problem = problem_of(blocks, 10);
+      const bool underflow = size == 1e308;
+      Problem problem = problem_of(random_store(random, 40, size < 1 ? 1e-16 : (underflow ? 1e-20 : 1)), 10);
       problem.set_prior(size * Matrix6::Identity());
       problem.plain.stochastic.epsilon = 1e-9;  // stochastic_greedy: samples of all that remain
+      const auto trace = [&](std::uint32_t i) { return stored_block(problem.blocks, i).squaredNorm() / size; };
+      std::vector<std::uint32_t> expected(40);
+      std::iota(expected.begin(), expected.end(), 0U);
+      if (!underflow) std::sort(expected.begin(), expected.end(), [&](auto a, auto b) { return trace(a) > trace(b); });
+      expected.resize(10);
       Selector selector(40);
-      const Selection selection = selector.select(blocks, problem.options(strategy));
+      const Selection selection = selector.select(problem.blocks, problem.options(strategy));
       expect_sound(problem, selection, infinity);
-      if (size < 1e308) {
-        EXPECT_EQ(indices_of(selection), sorted);
-        for (std::size_t j = 0; j < 10; ++j) EXPECT_NEAR(selection.gains[j], trace(sorted[j]), 1e-6 * trace(sorted[j]));
-      } else if (strategy != Strategy::stochastic_greedy) {
-        EXPECT_EQ(indices_of(selection), by_index);
-      }
+      if (underflow && strategy == Strategy::stochastic_greedy) continue;
+      EXPECT_EQ(indices_of(selection), expected);
+      for (std::size_t j = 0; j < 10 && !underflow; ++j)
+        EXPECT_NEAR(selection.gains[j], trace(expected[j]), 1e-6 * trace(expected[j]));
     }
   }
 }
