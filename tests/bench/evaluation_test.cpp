@@ -6,7 +6,6 @@
 #include "bench/world/projection.hpp"
 #include "cli/report.hpp"
 #include "tests/bench/simulated_frames.hpp"
-#include "tests/support/linear_algebra.hpp"
 #include "tests/support/support.hpp"
 
 #include <numeric>

@@ -2,8 +2,7 @@
 // Poses against the matrix exponential, and errors of trajectories against their definition.
 #include "bench/does_the_paper_hold/trajectory.hpp"
 #include "bench/world/se3.hpp"
-#include "tests/support/linear_algebra.hpp"
-#include "tests/support/random_isometry.hpp"
+#include "tests/support/camera_oracle.hpp"
 #include "tests/support/support.hpp"
 #include "tests/support/text_folder.hpp"
 

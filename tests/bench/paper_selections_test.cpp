@@ -5,8 +5,8 @@
 #include "bench/does_the_paper_hold/metrics.hpp"
 #include "bench/world/draws.hpp"
 #include "bench/world/scene.hpp"
-#include "tests/support/linear_algebra.hpp"
 #include "tests/support/oracle.hpp"
+#include "tests/support/support.hpp"
 
 #include <gtest/gtest.h>
 #include <maxlogdet/eigen.hpp>

@@ -5,7 +5,6 @@
 #include "bench/world/hash.hpp"
 #include "bench/world/pose_optimizer.hpp"
 #include "bench/world/scene.hpp"
-#include "tests/support/linear_algebra.hpp"
 #include "tests/support/support.hpp"
 
 #include <gtest/gtest.h>

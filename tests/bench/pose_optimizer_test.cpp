@@ -6,9 +6,8 @@
 #include "bench/world/projection.hpp"
 #include "tests/bench/simulated_frames.hpp"
 #include "tests/support/camera_oracle.hpp"
-#include "tests/support/linear_algebra.hpp"
-#include "tests/support/recording.hpp"
 #include "tests/support/support.hpp"
+#include "tests/support/text_folder.hpp"
 
 #include <array>
 #include <functional>

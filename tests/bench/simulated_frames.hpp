@@ -4,7 +4,7 @@
 #include "bench/world/frame.hpp"
 #include "bench/world/pose_optimizer.hpp"
 #include "bench/world/se3.hpp"
-#include "tests/support/random_geometry.hpp"
+#include "tests/support/camera_oracle.hpp"
 #include "tests/support/support.hpp"
 
 #include <Eigen/Geometry>

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "tests/core/feature_frame.hpp"
-#include "tests/support/random_geometry.hpp"
+#include "tests/support/camera_oracle.hpp"
 
 #include <cmath>
 #include <ostream>

@@ -3,7 +3,7 @@
 // change nothing.
 #include "tests/core/alignment_oracle.hpp"
 #include "tests/core/alignment_scene.hpp"
-#include "tests/support/random_geometry.hpp"
+#include "tests/support/camera_oracle.hpp"
 #include "tests/support/request.hpp"
 
 #include <algorithm>

@@ -5,7 +5,6 @@
 #include "bench/world/frame.hpp"
 #include "kernel/blocks/block_planes.hpp"
 #include "tests/core/feature_frame.hpp"
-#include "tests/support/block_oracle.hpp"
 #include "tests/support/request.hpp"
 #include "tests/support/support.hpp"
 

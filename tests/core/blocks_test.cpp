@@ -2,9 +2,8 @@
 // The equations of camera.hpp, jacobian.hpp, match_information.hpp and point_covariance.hpp in long double:
 // projections, blocks and weights of every camera model, alone and on rigs, and covariances of points. Derivatives are
 // those of a pinhole, written down, or differences of the models in camera_oracle.hpp.
-#include "tests/support/block_oracle.hpp"
 #include "tests/support/camera_oracle.hpp"
-#include "tests/support/random_isometry.hpp"
+#include "tests/support/request.hpp"
 #include "tests/support/support.hpp"
 
 #include <maxlogdet/match_information.hpp>

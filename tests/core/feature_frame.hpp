@@ -2,7 +2,6 @@
 #pragma once
 
 #include "tests/support/camera_oracle.hpp"
-#include "tests/support/random_isometry.hpp"
 #include "tests/support/support.hpp"
 
 #include <maxlogdet/good_features.hpp>

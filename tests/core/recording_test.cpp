@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 // What GoodFeatures::record() and a FrameRecorder write reads back bit for bit; and that no problem with files changes
 // a selection.
-#include "tests/support/recording.hpp"
 #include "tests/core/feature_frame.hpp"
 #include "tests/support/support.hpp"
+#include "tests/support/text_folder.hpp"
 
 #include <maxlogdet/frame_recorder.hpp>
 

@@ -76,16 +76,18 @@ TEST(SameAnswers, with_denormals_flushed) {
 // Answers on always the same frames, recorded once: no compiler, instruction set or C library may change them. With a
 // prior of 1e-5 I, which was the default when they were recorded.
 TEST(SameAnswers, as_recorded) {
-  constexpr std::uint64_t seed = 7;
   const EigenPrior prior(weak_information());
   sim::Hash indices, sizes, bounds;
   Selector selector(500);
   for (const sim::Scene scene : sim::scenes) {
     for (const BlockKind& kind : block_kinds) {
-      const BlockStore blocks = blocks_of(make_scene(scene, 500, seed), kind);
+      const BlockStore blocks = blocks_of(make_scene(scene, 500, 7), kind);
+      Options options;
+      options.prior = prior.data();
       for (const Strategy strategy : strategies) {
-        Options options = with_budget(100, strategy);
-        options.prior = prior.data();
+        options.strategy = strategy;
+        options.budget = 100;
+        options.target = TargetOptions();
         for (const std::uint32_t index : selector.select(blocks, options)) indices.add(index);
         options.budget = 200;
         for (const double share : {0.05, 0.1, 0.2, 0.4, 0.6}) {
@@ -98,11 +100,11 @@ TEST(SameAnswers, as_recorded) {
           sizes.add(selector.select(blocks, options).size);
         }
       }
-      Options options = with_budget(40);
+      options = with_budget(40);
       options.prior = prior.data();
       options.certificate = true;
-      const Selection selection = selector.select(blocks, options);
-      bounds.add(static_cast<std::uint64_t>(std::llround(1e8 * selection.upper_bound)));  // log is the C library's
+      const double bound = selector.select(blocks, options).upper_bound;
+      bounds.add(static_cast<std::uint64_t>(std::llround(1e8 * bound)));  // log is the C library's
     }
   }
   EXPECT_EQ(indices.value(), 6618130281619646114U);
@@ -141,72 +143,54 @@ TEST(Isa, one_that_is_unknown_or_that_this_machine_lacks_is_an_error_and_never_a
   }
 }
 
-// A round in which some tiles are evaluated, with gains and bounds of small integers, so that thresholds are met
+// Of a round in which some tiles are evaluated, with gains and bounds of small integers, so that thresholds are met
 // exactly.
-struct SomeRound {
-  std::size_t tile_count;
-  std::vector<float> bounds, gains, highest;
-  simd::Round round;
-
-  explicit SomeRound(Random& random)
-      : tile_count(static_cast<std::size_t>(random.integer(1, 40))),
-        bounds(tile_count + simd::tile_size, -1.0F),
-        gains((tile_count + simd::tile_size) * simd::tile_size, -1.0F),
-        highest(tile_count + simd::tile_size, -1.0F) {
-    for (std::size_t tile = 0; tile < tile_count; ++tile) {
-      bounds[tile] = static_cast<float>(random.integer(-1, 5));
-      for (std::size_t lane = tile * simd::tile_size; lane < (tile + 1) * simd::tile_size; ++lane) {
-        gains[lane] = random.chance(0.05) ? static_cast<float>(infinity) : static_cast<float>(random.integer(-1, 3));
-        highest[tile] = std::max(highest[tile], gains[lane]);
-      }
-    }
-    round.arrays = {bounds.data(), highest.data(), gains.data(), nullptr};
+TEST(Isa, lists_survivors_and_bounds_of_a_round_are_exact_on_all) {
+  for_each_trial(300, [](Random& random) {
+    const auto tile_count = static_cast<std::size_t>(random.integer(1, 40));
+    std::vector<float> bounds(tile_count + simd::tile_size, -1.0F), highest = bounds;
+    std::vector<float> gains(bounds.size() * simd::tile_size, -1.0F);
+    simd::Round round;
     if (random.chance(0.9)) round.evaluated_from = static_cast<float>(random.integer(0, 5));
     round.assured = random.integer(-1, 4);
     round.filter.slope = 1 + random.uniform(0, 1e-3);
     round.filter.offset = random.uniform(0, 1e-3);
-  }
-
-  simd::Tiles tiles() const { return {nullptr, 0, 0, tile_count, nullptr, nullptr}; }
-};
-
-TEST(Isa, lists_survivors_and_bounds_of_a_round_are_exact_on_all) {
-  for_each_trial(300, [](Random& random) {
-    const SomeRound all(random);
     const auto lower = static_cast<float>(random.integer(-1, 5)), upper = static_cast<float>(random.integer(-1, 7));
-    const float threshold = all.round.filter.survivor_threshold(all.round.assured);
-    const simd::TileLine line = all.round.filter.line_of_tiles();
+
     std::vector<Tile> listed;
     std::vector<Lane> survivors;
     std::vector<float> kept;
-    float highest = -1, highest_left = simd::any_candidate;
-    for (std::size_t tile = 0; tile < all.tile_count; ++tile) {
-      const float bound = all.bounds[tile];
-      if (bound >= lower && bound < upper) listed.push_back(static_cast<Tile>(tile));
-      highest = std::max(highest, bound);
-      const bool is_evaluated = bound >= all.round.evaluated_from;
-      kept.push_back(is_evaluated ? line.at(all.highest[tile]) : bound);
-      if (!is_evaluated) highest_left = std::max(highest_left, bound);
+    float largest = -1, highest_left = simd::any_candidate;
+    for (std::size_t tile = 0; tile < tile_count; ++tile) {
+      const float bound = bounds[tile] = static_cast<float>(random.integer(-1, 5));
+      const bool is_evaluated = bound >= round.evaluated_from;
       for (std::size_t lane = tile * simd::tile_size; lane < (tile + 1) * simd::tile_size; ++lane) {
-        if (is_evaluated && all.gains[lane] >= threshold) survivors.push_back(static_cast<Lane>(lane));
+        gains[lane] = random.chance(0.05) ? static_cast<float>(infinity) : static_cast<float>(random.integer(-1, 3));
+        highest[tile] = std::max(highest[tile], gains[lane]);
+        const bool survives = gains[lane] >= round.filter.survivor_threshold(round.assured);
+        if (is_evaluated && survives) survivors.push_back(static_cast<Lane>(lane));
       }
+      if (bound >= lower && bound < upper) listed.push_back(static_cast<Tile>(tile));
+      largest = std::max(largest, bound);
+      kept.push_back(is_evaluated ? round.filter.line_of_tiles().at(highest[tile]) : bound);
+      if (!is_evaluated) highest_left = std::max(highest_left, bound);
     }
+    const simd::Tiles tiles{nullptr, 0, 0, tile_count, nullptr, nullptr};
     for (const simd::Kernel* const kernel : supported_kernels()) {
       SCOPED_TRACE(kernel->isa);
-      SomeRound own = all;
-      own.round.arrays = {own.bounds.data(), own.highest.data(), own.gains.data(), nullptr};
-      EXPECT_EQ(kernel->arrays.largest(own.bounds.data(), own.tile_count), highest);
-      std::vector<Tile> list(own.tile_count + simd::tile_size);
-      list.resize(kernel->arrays.list_tiles(own.bounds.data(), own.tile_count, lower, upper, list.data()));
+      std::vector<float> own = bounds;
+      round.arrays = {own.data(), highest.data(), gains.data(), nullptr};
+      EXPECT_EQ(kernel->arrays.largest(own.data(), tile_count), largest);
+      std::vector<Tile> list(own.size());
+      list.resize(kernel->arrays.list_tiles(own.data(), tile_count, lower, upper, list.data()));
       EXPECT_EQ(list, listed);
-      std::vector<Lane> lanes(own.gains.size());
-      lanes.resize(kernel->bounds.list_survivors(own.tiles(), own.round, lanes.data()));
+      std::vector<Lane> lanes(gains.size());
+      lanes.resize(kernel->bounds.list_survivors(tiles, round, lanes.data()));
       EXPECT_EQ(lanes, survivors);
-      EXPECT_EQ(kernel->bounds.highest_unevaluated(own.tiles(), own.round), highest_left);
-      EXPECT_EQ(kernel->bounds.keep(own.tiles(), own.round),
-                std::max(-1.0F, *std::max_element(kept.begin(), kept.end())));
-      own.bounds.resize(own.tile_count);
-      EXPECT_EQ(own.bounds, kept);
+      EXPECT_EQ(kernel->bounds.highest_unevaluated(tiles, round), highest_left);
+      EXPECT_EQ(kernel->bounds.keep(tiles, round), *std::max_element(kept.begin(), kept.end()));
+      own.resize(tile_count);
+      EXPECT_EQ(own, kept);
     }
   });
 }

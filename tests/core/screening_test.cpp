@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
-// Screening: its bounds hold, the float64 winner survives it, and on ordinary frames hardly any other candidate.
+// Proved bounds. Of screening: they hold, the float64 winner survives it, and on ordinary frames hardly any other
+// candidate. And of the incremental factor's error.
 #include "kernel/screening/screening.hpp"
 #include "kernel/blocks/stored_rows.hpp"
-#include "tests/core/factors.hpp"
-#include "tests/support/linear_algebra.hpp"
 #include "tests/support/oracle.hpp"
 #include "tests/support/request.hpp"
+#include "tests/support/support.hpp"
 
 #include <Eigen/LU>
 #include <algorithm>
@@ -15,24 +15,26 @@
 namespace maxlogdet::test {
 namespace {
 
+// W.
+Matrix6 w_of(const InformationFactor& factor) {
+  Matrix6 w;
+  for (int i = 0; i < 6; ++i) {
+    for (int j = 0; j < 6; ++j) w(i, j) = factor.inverse()[simd::padded_dimension * i + j];
+  }
+  return w;
+}
+
 // det(I + Y Y^T) - 1, Y = H W^T for the stored W, in long double.
 long double exact_relative_gain(const Block& block, const InformationFactor& factor) {
   const WideMatrix y = wide_product(block.cast<long double>(), w_of(factor).transpose().cast<long double>());
   const WideMatrix products = wide_product(y, y.transpose());
   const long double trace = products.trace();
   if (trace < 1e-3L) {  // 1 + it would lose the digits of a small one, and the minors after the trace are small
-    long double minors = products.rows() == 3 ? Eigen::Matrix<long double, 3, 3>(products).determinant() : 0;
-    for (int a = 0; a < products.rows(); ++a) {
-      for (int b = 0; b < a; ++b) minors += products(a, a) * products(b, b) - products(a, b) * products(a, b);
-    }
-    return trace + minors;
+    const long double minors = (trace * trace - products.squaredNorm()) / 2;
+    return trace + minors + (products.rows() == 3 ? Eigen::Matrix<long double, 3, 3>(products).determinant() : 0);
   }
   Triangle sum(Matrix6::Identity());  // of I + Y^T Y, without squaring its condition number
-  for (int row = 0; row < y.rows(); ++row) {
-    long double entries[6];
-    for (int d = 0; d < 6; ++d) entries[d] = y(row, d);
-    sum.add_row(entries);
-  }
+  for (int row = 0; row < y.rows(); ++row) sum.add_row(WideMatrix(y.row(row)).data());
   return sum.volume() * sum.volume() - 1;
 }
 
@@ -128,45 +130,37 @@ void expect_screening_holds(const BlockStore& blocks, const Matrix6& prior, std:
   }
 }
 
-TEST(Screening, holds_on_every_family) {
-  for_every_family(100, [](const BlockStore& blocks) { expect_screening_holds(blocks, weak_information(), 20); });
-}
-
-TEST(Screening, holds_on_awkward_candidates) {
-  for_each_trial(200, [&](Random& random) {
-    const BlockStore blocks = awkward_blocks(random, 1 + random.index(100));
-    const Matrix6 prior = random_prior(random);
-    expect_screening_holds(blocks, random.chance(0.5) ? prior : weak_information(), 12, random.index(8));
+TEST(Screening, holds_on_candidates_of_any_sort) {
+  for_each_trial(250, [&](Random& random) {
+    const Matrix6 prior = random.chance(0.5) ? random_prior(random) : weak_information();
+    expect_screening_holds(any_blocks(random, 1 + random.index(100)), prior, 20, random.index(8));
   });
 }
 
-// Long rows that are nearly parallel to each other: minors cancel, and so do pivots.
-BlockStore nearly_parallel_rows(Random& random) {
+// Rows of any length that are nearly parallel to each other: minors cancel, and so do pivots.
+BlockStore nearly_parallel_blocks(Random& random, std::size_t n) {
   const double scale = std::pow(10.0, random.uniform(-9, 9));
   const double distance = std::pow(10.0, random.uniform(-9, 0));
   const int rows = random.integer(1, 3);
-  const Block direction = random_block(random, 1);
-  return store_of(24, [&](std::size_t) {
-    Block block(rows, 6);
+  const Block direction = random_block(random, 1).replicate(rows, 1);
+  return store_of(n, [&](std::size_t) {
     const double own = random.chance(0.3) ? std::pow(10.0, random.uniform(-3, 3)) : 1;
-    for (int row = 0; row < rows; ++row)
-      block.row(row) = own * scale * (direction + distance * random_block(random, 1));
-    return block;
+    return Block(own * scale * (direction + distance * random_block(random, rows)));
   });
 }
 
 TEST(Screening, holds_on_nearly_parallel_rows_of_every_scale) {
-  for_each_trial(1000,
-                 [](Random& random) { expect_screening_holds(nearly_parallel_rows(random), weak_information(), 10); });
+  for_each_trial(
+      1000, [](Random& random) { expect_screening_holds(nearly_parallel_blocks(random, 24), weak_information(), 10); });
 }
 
 TEST(Screening, holds_where_float32_overflows_or_underflows) {
-  for_each_exponent(-44, 38, [](Random& random, int exponent) {
-    for (const int rows : {1, 2, 3}) {
-      const BlockStore blocks = store_of(
-          40, [&](std::size_t i) { return random_block(random, rows, i < 20 ? std::pow(10.0, exponent) : 1); });
-      expect_screening_holds(blocks, weak_information(), 10);
-    }
+  for_each_trial(250, [](Random& random) {
+    const int rows = random.integer(1, 3);
+    const double scale = std::pow(10.0, random.uniform(-44, 38.5));
+    const BlockStore blocks =
+        store_of(40, [&](std::size_t i) { return random_block(random, rows, i < 20 ? scale : 1); });
+    expect_screening_holds(blocks, weak_information(), 10);
   });
 }
 
@@ -254,39 +248,6 @@ BlockStore factored_blocks(Random& random, std::size_t n) {
   return blocks;
 }
 
-// The largest entries of |A| [ I | |[X]x| ] in each column.
-TEST(Screening, column_maxima_of_factored_blocks_are_those_of_their_factors) {
-  std::size_t factored = 0;
-  for_each_trial(200, [&](Random& random) {
-    const BlockStore blocks = factored_blocks(random, 1 + random.index(60));
-    const Candidates candidates = all_of(blocks, *simd::active());
-    if (candidates.form != simd::factored) return;
-    ++factored;
-    double expected[6] = {};
-    for (std::size_t i = 0; i < candidates.count; ++i) {
-      double e[9];  // A by rows, X
-      for (std::size_t k = 0; k < 9; ++k) {
-        e[k] =
-            std::abs(double{candidates.planes.data[simd::plane_of(simd::factored, k) * candidates.planes.stride + i]});
-      }
-      Eigen::Matrix3d A;
-      A << e[0], e[1], e[2], 0, e[3], e[4], 0, 0, e[5];
-      Eigen::Matrix3d X;
-      X << 0, e[8], e[7], e[8], 0, e[6], e[7], e[6], 0;
-      const Eigen::Matrix3d product = A * X;
-      for (int column = 0; column < 3; ++column) {
-        expected[column] = std::max(expected[column], A.col(column).maxCoeff());
-        expected[3 + column] = std::max(expected[3 + column], product.col(column).maxCoeff());
-      }
-    }
-    for (int column = 0; column < 6; ++column) {
-      EXPECT_GE(candidates.largest_of_form[column], expected[column] * (1 - 1e-12)) << column;
-      EXPECT_LE(candidates.largest_of_form[column], expected[column] * (1 + 3e-6) + 1e-37) << column;
-    }
-  });
-  EXPECT_GT(5 * factored + 20, trials(200)) << "a fifth, where there are many";
-}
-
 TEST(Screening, holds_on_factored_blocks_of_every_scale) {
   std::size_t factored = 0;
   for_each_trial(600, [&](Random& random) {
@@ -323,6 +284,9 @@ TEST(Screening, leaves_few_for_float64_on_ordinary_frames) {
 
 double log_uniform(Random& random, double low, double high) { return std::pow(10, random.uniform(low, high)); }
 
+// What is at most the exact gain of a candidate of an evaluated gain, in long double.
+long double at_most(const simd::GainFilter& filter, long double gain) { return filter.slope * gain + filter.offset; }
+
 // What one error bound excludes, in long double: what is below a threshold is below what is assured.
 TEST(GainFilter, excludes_no_candidate_and_no_tile_that_may_hold_the_best) {
   const auto below = [](float threshold) { return static_cast<long double>(std::nextafter(threshold, -1.0F)); };
@@ -332,17 +296,14 @@ TEST(GainFilter, excludes_no_candidate_and_no_tile_that_may_hold_the_best) {
     simd::GainFilter filter;
     filter.slope = 1 + log_uniform(random, -12, 0.5);
     filter.offset = log_uniform(random, -36, 2);
-    const auto at_most = [&](long double gain) {
-      return static_cast<long double>(filter.slope) * gain + static_cast<long double>(filter.offset);
-    };
     const auto highest = static_cast<float>(log_uniform(random, -30, 12));
-    ASSERT_GE(filter.line_of_tiles().at(highest), at_most(highest)) << filter.slope << ' ' << filter.offset;
+    ASSERT_GE(filter.line_of_tiles().at(highest), at_most(filter, highest)) << filter.slope << ' ' << filter.offset;
     ASSERT_EQ(filter.line_of_tiles().at(-1), -1) << "no candidate remains";
 
     const double assured = filter.at_least(log_uniform(random, -30, 12));
     const float survives = filter.survivor_threshold(assured);
     ASSERT_GE(survives, simd::any_candidate);
-    ASSERT_TRUE(survives < 0 || at_most(below(survives)) < assured) << filter.slope << ' ' << filter.offset;
+    ASSERT_TRUE(survives < 0 || at_most(filter, below(survives)) < assured) << filter.slope << ' ' << filter.offset;
     above_zero += survives < 0 ? 0 : 1;
 
     const double drift = random.chance(0.1) ? 0 : log_uniform(random, -15, 1);
@@ -366,18 +327,76 @@ TEST(GainFilter, its_tangent_is_above_the_error_and_near_it_where_it_follows) {
     filter.constant = log_uniform(random, -20, 0);
     if (random.chance(0.5)) filter.relative = log_uniform(random, -7, -2);
     filter.take_tangent_at(random.chance(0.1) ? 0 : log_uniform(random, -6, 12));
-    const double value = random.chance(0.1) ? 0 : log_uniform(random, -6, 12);
-    const long double error =
-        2 * static_cast<long double>(filter.error) * std::sqrt(1 + static_cast<long double>(value)) +
-        static_cast<long double>(filter.relative) * value + filter.constant;
+    const long double value = random.chance(0.1) ? 0 : log_uniform(random, -6, 12);
+    const long double error = 2 * filter.error * std::sqrt(1 + value) + filter.relative * value + filter.constant;
     const long double rounding = (value + error) * 1e-14L;
-    const auto at_most = [&] { return static_cast<long double>(filter.slope) * value + filter.offset; };
-    ASSERT_GE(at_most(), value + error - rounding);
-    ASSERT_LE(filter.at_least(value), value - error + rounding);
-    filter.follow(value);
-    ASSERT_GE(at_most(), value + error - rounding);
-    ASSERT_LE(at_most(), value + 1.26L * error + rounding);
+    ASSERT_GE(at_most(filter, value), value + error - rounding);
+    ASSERT_LE(filter.at_least(static_cast<double>(value)), value - error + rounding);
+    filter.follow(static_cast<double>(value));
+    ASSERT_GE(at_most(filter, value), value + error - rounding);
+    ASSERT_LE(at_most(filter, value), value + 1.26L * error + rounding);
   }
+}
+
+// Expects (1 - f) M^-1 <= W^T W <= (1 + f) M^-1, with the triangle R of a QR decomposition of everything stacked, M =
+// R^T R: the singular values of W R^T squared lie between.
+void expect_within_relative_error(const InformationFactor& factor, const GreedyOracle<long double>& oracle) {
+  EXPECT_TRUE(w_of(factor).isLowerTriangular());
+  const WideMatrix ratio = wide_product(w_of(factor).cast<long double>(), oracle.factor().transpose());
+  const WideVector6 squares = wide_eigenvalues(wide_gram(ratio.transpose()));
+  EXPECT_LE(std::max(std::abs(squares(0) - 1), std::abs(squares(5) - 1)), factor.relative_error());
+}
+
+// The factor of the information and the oracle's, to which blocks are added in turn.
+void expect_within_relative_error(const BlockStore& blocks, const Matrix6& information) {
+  GreedyOracle<long double> oracle(blocks, information);
+  InformationFactor factor = factor_of(information);
+  expect_within_relative_error(factor, oracle);
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
+    if (!blocks.is_valid(i)) continue;
+    oracle.take(i);
+    add(factor, stored_block(blocks, i));
+    expect_within_relative_error(factor, oracle);
+  }
+}
+
+TEST(InformationFactor, stays_within_its_relative_error) {
+  for_every_family(
+      40, [&](const BlockStore& blocks) { expect_within_relative_error(blocks, default_information(blocks)); });
+  for_each_trial(1000, [&](Random& random) {
+    const Matrix6 information = Matrix6::Identity() + 0.1 * random_prior(random);
+    expect_within_relative_error(nearly_parallel_blocks(random, 8), information);
+  });
+}
+
+// The sum of candidates is the same on every instruction set, whatever lies beyond the last one.
+TEST(InformationFactor, stays_within_its_relative_error_from_a_sum) {
+  for_every_family(300, [&](const BlockStore& blocks) {
+    const std::size_t count = blocks.stored() - 7;
+    std::vector<unsigned char> counted(count);
+    for (std::size_t i = 0; i < count; ++i) counted[i] = i % 5 == 0 ? 0 : 1;
+    std::vector<double> sum;
+    for (const simd::Kernel* const kernel : supported_kernels()) {
+      const Candidates candidates = all_of(blocks, *kernel);
+      std::vector<double> result(36);
+      candidates.exact().sum_information(candidates.planes, counted.data(), count, result.data());
+      if (sum.empty()) sum = result;
+      EXPECT_EQ(result, sum) << kernel->isa;
+    }
+    GreedyOracle<long double> oracle(blocks);
+    for (std::size_t i = 0; i < count; ++i) {
+      if (counted[i] != 0) oracle.take(all_of(blocks, *simd::active()).indices[i]);
+    }
+    const double roundings = simd::sum_roundings(count, blocks.rows());
+    InformationFactor factor;
+    const EigenPrior prior(default_information(blocks));
+    ASSERT_TRUE(factor.reset(prior.data(), sum.data(), roundings));
+    expect_within_relative_error(factor, oracle);
+    const double of_determinant = factor.determinant_error(prior.data(), sum.data(), roundings);
+    EXPECT_LE(std::abs(factor.prior_log_det() - oracle.log_det()) / 6, of_determinant + 1e-14L);
+    EXPECT_LE(of_determinant, factor.relative_error());
+    EXPECT_NEAR(factor.prior_log_det(), static_cast<double>(oracle.log_det()), 1e-6);
+  });
 }
 
 }  // namespace

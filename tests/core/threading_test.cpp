@@ -29,11 +29,11 @@ class CallingThread : public Executor {
   int concurrency_;
 };
 
-// Executors of every sort, but for one that says it has no workers.
+// Executors of every sort; one says that it has no workers.
 struct Executors {
-  CallingThread alone{1}, afterwards{std::numeric_limits<int>::max()}, idle{0};
+  CallingThread alone{1}, afterwards{std::numeric_limits<int>::max()}, idle{0}, empty{1, -1};
   PoolExecutor one{1}, several{5};
-  Executor* all[5] = {&alone, &afterwards, &idle, &one, &several};
+  Executor* all[6] = {&alone, &afterwards, &idle, &empty, &one, &several};
 };
 
 // Every element of [0, count) in one chunk.
@@ -84,35 +84,32 @@ TEST(Team, helpers_do_help) {
   EXPECT_TRUE(has_helped);
 }
 
-TEST(Team, asks_for_as_many_workers_as_pay) {
-  using threading::workers_for;
+TEST(Threads, are_as_many_as_asked_for_or_as_pay_by_strategy_and_number_of_candidates) {
   PoolExecutor pool(2);
   CallingThread empty(1, -1);
-  EXPECT_EQ(workers_for(nullptr, 5, 100000, 10), 1) << "no executor";
-  EXPECT_EQ(workers_for(&pool, 1, 100000, 10), 1);
-  EXPECT_EQ(workers_for(&pool, 0, 9, 10), 1) << "below the crossover";
-  EXPECT_EQ(workers_for(&pool, 0, 10, 10), 3);
-  EXPECT_EQ(workers_for(&pool, 2, 1, 10), 2) << "who asks for threads gets them";
-  EXPECT_EQ(workers_for(&pool, 100, 1, 10), 3);
-  EXPECT_EQ(workers_for(&empty, 0, 100, 10), 1);
-}
-
-TEST(Threads, are_chosen_by_strategy_and_number_of_candidates) {
-  PoolExecutor pool(1);
   TracedRandom random;
   const struct {
     Strategy strategy;
     std::size_t crossover;  // docs/threading.md
   } cases[] = {{Strategy::greedy, 10000}, {Strategy::lazy_greedy, 100000}, {Strategy::stochastic_greedy, 100001}};
+  BlockStore few = random_store(random, 10, 1, 2);
   for (const auto& of : cases) {
-    Options options = with_budget(60, of.strategy);
-    options.threads = 0;
-    const bool never = of.strategy == Strategy::stochastic_greedy;
+    SCOPED_TRACE(to_string(of.strategy));
+    const auto threads_of = [&](const BlockStore& blocks, int asked, Executor* executor) {
+      Options options = with_budget(60, of.strategy);
+      options.threads = asked;
+      Selector selector(blocks.size(), executor);
+      return selector.select(blocks, options).threads;
+    };
     BlockStore blocks = random_store(random, of.crossover - 1, 1, 2);
-    Selector selector(of.crossover, &pool);
-    EXPECT_EQ(selector.select(blocks, options).threads, 1) << to_string(of.strategy);
+    EXPECT_EQ(threads_of(blocks, 0, &pool), 1) << "below the crossover";
     push_back(blocks, random_block(random, 2));
-    EXPECT_EQ(selector.select(blocks, options).threads, never ? 1 : 2) << to_string(of.strategy);
+    EXPECT_EQ(threads_of(blocks, 0, &pool), of.strategy == Strategy::stochastic_greedy ? 1 : 3);
+    EXPECT_EQ(threads_of(blocks, 0, &empty), 1);
+    EXPECT_EQ(threads_of(few, 2, &pool), 2) << "who asks for threads gets them";
+    EXPECT_EQ(threads_of(few, 100, &pool), 3);
+    EXPECT_EQ(threads_of(few, 5, nullptr), 1) << "no executor";
+    EXPECT_EQ(threads_of(blocks, 1, &pool), 1);
   }
 }
 
@@ -140,10 +137,8 @@ TEST(Threads, answers_depend_neither_on_their_number_nor_on_which_helpers_come) 
       store_of(3000, [&](std::size_t) { return Block(block + 1e-8 * random_block(random, 2)); });
   const BlockStore frame = blocks_of(make_scene(sim::Scene::kitti_like, 3000, 5), block_kinds[1]);
   Executors executors;
-  CallingThread empty(1, -1);
   for (const BlockStore* const blocks : {&near_copies, &frame}) {
     for (Executor* const executor : executors.all) expect_independent_of_threads(*blocks, *executor);
-    expect_independent_of_threads(*blocks, empty);
   }
 }
 

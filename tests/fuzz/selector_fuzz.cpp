@@ -6,7 +6,6 @@
 #include "tests/fuzz/selector_problem.hpp"
 #include "tests/support/oracle.hpp"
 #include "tests/support/pool_executor.hpp"
-#include "tests/support/prior_oracle.hpp"
 #include "tests/support/processor.hpp"
 #include "tests/support/request.hpp"
 

@@ -1,19 +1,21 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "tests/support/linear_algebra.hpp"
+#include "bench/world/se3.hpp"
 #include "tests/support/support.hpp"
 
 #include <maxlogdet/camera.hpp>
 
 #include <Eigen/Geometry>
+#include <cmath>
 
-// Camera models a second time, in long double and apart from the library, derivatives by differences, and random
-// cameras, poses and points.
+// Camera models a second time, in long double and apart from the library, derivatives by differences; and random
+// cameras, poses, errors and points.
 
 namespace maxlogdet::test {
 
 using WideVector = Eigen::Matrix<long double, Eigen::Dynamic, 1>;
+using WideVector2 = Eigen::Matrix<long double, 2, 1>;
 using WideVector3 = Eigen::Matrix<long double, 3, 1>;
 using WideIsometry = Eigen::Transform<long double, 3, Eigen::Isometry>;
 
@@ -41,8 +43,6 @@ inline WideIsometry exp_of_one(const WideVector& xi) {
   return step;
 }
 
-using WideVector2 = Eigen::Matrix<long double, 2, 1>;
-
 /// (u, v) of a point that has an image, as the model's paper writes it.
 WideVector2 image_of(const Camera& camera, const WideVector3& p);
 
@@ -57,5 +57,37 @@ WideIsometry random_isometry(Random& random);
 
 /// Of what the camera sees, up to a right angle to its axis and more where its model can; often close to the axis.
 WideVector3 random_point(Random& random, const Camera& camera, bool is_in_front);
+
+/// Standard normal (Box & Muller 1958).
+inline double normal(Random& random) {
+  constexpr double pi = 3.14159265358979323846;
+  return std::sqrt(-2 * std::log(random.uniform(1e-300, 1))) * std::cos(2 * pi * random.uniform(0, 1));
+}
+
+inline Eigen::Vector3d random_vector(Random& random, double largest) {
+  return {random.uniform(-largest, largest), random.uniform(-largest, largest), random.uniform(-largest, largest)};
+}
+
+/// Translation up to `metres` along each axis, rotation up to `radians` about any.
+inline Eigen::Isometry3d random_isometry(Random& random, double metres, double radians) {
+  Eigen::Isometry3d T(Eigen::AngleAxisd(random.uniform(-radians, radians), random_vector(random, 1).normalized()));
+  T.translation() = random_vector(random, metres);
+  return T;
+}
+
+/// exp of a twist with uniform entries of up to `metres` and `radians`.
+inline sim::Pose random_pose(Random& random, double metres, double radians) {
+  sim::Vector6 xi;
+  xi.head<3>() = random_vector(random, metres);
+  xi.tail<3>() = random_vector(random, radians);
+  return sim::exp_se3(xi);
+}
+
+/// A A^T + min_variance I, m^2, with uniform entries of A of up to `metres`.
+inline Eigen::Matrix3d random_covariance(Random& random, double metres, double min_variance = 0) {
+  Eigen::Matrix3d root;
+  for (double& entry : root.reshaped()) entry = random.uniform(-metres, metres);
+  return root * root.transpose() + min_variance * Eigen::Matrix3d::Identity();
+}
 
 }  // namespace maxlogdet::test

@@ -9,7 +9,7 @@
 #include <cstdint>
 #include <vector>
 
-// What an answer should be, in long double: information as a triangle, and greedy on it.
+// What an answer should be, in long double: information as a triangle, greedy on it, and the prior that it starts from.
 
 namespace maxlogdet::test {
 
@@ -98,35 +98,65 @@ class GreedyOracle {
   using Square = Eigen::Matrix<Scalar, state_dimension, state_dimension>;
 
   explicit GreedyOracle(const BlockStore& blocks) : GreedyOracle(blocks, default_information(blocks)) {}
-  GreedyOracle(const BlockStore& blocks, const Matrix6& prior);
+  GreedyOracle(const BlockStore& blocks, const Matrix6& prior) : information_(prior) {
+    for (std::size_t i = 0; i < blocks.size(); ++i) {
+      blocks_.push_back(stored_block(blocks, i));
+      is_taken_.push_back(!blocks.is_valid(i));
+    }
+  }
 
   /// R, upper triangular, and its inverse.
-  Square factor() const;
-  Square inverse_factor() const;
+  Square factor() const {
+    Square r = Square::Zero();
+    for (int row = 0; row < state_dimension; ++row) {
+      for (int column = row; column < state_dimension; ++column) r(row, column) = information_.entry(row, column);
+    }
+    return r;
+  }
+  Square inverse_factor() const { return factor().template triangularView<Eigen::Upper>().solve(Square::Identity()); }
 
   Scalar log_det() const { return information_.log_det(); }
-  Scalar gain(std::size_t i) const;
+  Scalar gain(std::size_t i) const {
+    TriangleOf<Scalar> with_i = information_;
+    with_i.add(blocks_[i]);
+    return with_i.log_det_over(information_);
+  }
 
   /// The remaining candidate of largest gain, the first of them on ties.
-  std::size_t best() const;
+  std::size_t best() const {
+    std::size_t best = blocks_.size();
+    Scalar best_gain = -1;
+    for (std::size_t i = 0; i < blocks_.size(); ++i) {
+      const Scalar candidate = is_taken_[i] ? -1 : gain(i);
+      if (!(candidate > best_gain)) continue;
+      best_gain = candidate;
+      best = i;
+    }
+    return best;
+  }
 
-  void take(std::size_t i);
+  void take(std::size_t i) {
+    information_.add(blocks_[i]);
+    is_taken_[i] = true;
+  }
 
   /// Excludes candidate i from now on.
   void exclude(std::size_t i) { is_taken_[i] = true; }
 
-  std::size_t size() const { return blocks_.size(); }
-
-  std::vector<std::uint32_t> select(std::size_t budget);
+  std::vector<std::uint32_t> select(std::size_t budget) {
+    std::vector<std::uint32_t> indices;
+    for (std::size_t i = best(); indices.size() < budget && i < blocks_.size(); i = best()) {
+      take(i);
+      indices.push_back(static_cast<std::uint32_t>(i));
+    }
+    return indices;
+  }
 
  private:
   TriangleOf<Scalar> information_;
   std::vector<Block> blocks_;
   std::vector<bool> is_taken_;
 };
-
-extern template class GreedyOracle<double>;
-extern template class GreedyOracle<long double>;
 
 /// The maximum over the rounds of an answer of the largest gain minus the gain of the chosen candidate, nats, by a long
 /// double oracle that follows the answer.
@@ -140,5 +170,18 @@ long double log_det_of(const BlockStore& blocks, const std::vector<std::uint32_t
 inline long double log_det_of(const BlockStore& blocks, const std::vector<std::uint32_t>& indices) {
   return log_det_of(blocks, indices, default_information(blocks));
 }
+
+/// What is right of a question that rounding may decide.
+enum class Verdict { good, bad, unclear };
+
+/// The prior that a selection starts from, in long double, as docs/numerics.md has it ("Priors").
+struct ExpectedPrior {
+  Verdict verdict;      ///< whether it is accepted
+  bool is_known;        ///< whether `information` is the one, and rounding decides nothing
+  Matrix6 information;  ///< M0
+};
+
+/// `given`: as Options::prior.
+ExpectedPrior expected_prior(const BlockStore& blocks, const double* given);
 
 }  // namespace maxlogdet::test

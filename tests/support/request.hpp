@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "kernel/blocks/block_planes.hpp"
+#include "kernel/information/information_factor.hpp"
 #include "tests/support/support.hpp"
+
+#include <maxlogdet/jacobian.hpp>
 
 #include <algorithm>
 #include <cstddef>
@@ -46,8 +50,44 @@ BlockStore scaled(Random& random, const BlockStore& blocks, double scale, double
 /// Invalid ones are kept.
 BlockStore pushed(const BlockStore& blocks);
 
-/// Blocks of 2 rows, of 3 rows that append_blocks built, of 3 rows that were pushed, or of every sort.
+/// Of 2 rows, of 3 rows that append_blocks built or that were pushed, or awkward: copies, zeros, a direction that none
+/// observes, some that float32 cannot hold, which are invalid.
 BlockStore any_blocks(Random& random, std::size_t n);
+
+constexpr DepthCue thirds[] = {DepthCue::none, DepthCue::stereo, DepthCue::depth};
+inline std::string name_of(DepthCue depth_cue) { return "third " + std::to_string(static_cast<int>(depth_cue)); }
+
+const RigidTransform identity_pose = RigidTransform::identity();
+
+constexpr std::size_t BlockReport::*counts_of_report[] = {
+    &BlockReport::appended, &BlockReport::invalid,       &BlockReport::unusable,           &BlockReport::behind_camera,
+    &BlockReport::too_near, &BlockReport::singular_rays, &BlockReport::invalid_covariances};
+
+/// Whether the library found the same matches invalid, for the same reasons.
+inline void expect_same(const BlockReport& actual, const BlockReport& expected) {
+  EXPECT_EQ(actual.error, expected.error) << to_string(actual.error) << " instead of " << to_string(expected.error);
+  for (const auto& count : counts_of_report) EXPECT_EQ(actual.*count, expected.*count) << &count - counts_of_report;
+}
+
+/// All that a store says of its candidates, byte by byte.
+inline std::vector<unsigned char> bytes_of(const BlockStore& blocks) {
+  const BlockPlanes& planes = planes_of(blocks);
+  std::vector<unsigned char> bytes(planes.validity(), planes.validity() + planes.size());
+  const auto append = [&](const void* data, std::size_t size) {
+    const auto* const first = static_cast<const unsigned char*>(data);
+    bytes.insert(bytes.end(), first, first + size);
+  };
+  for (int row = 0; row < planes.rows(); ++row) {
+    for (int column = 0; column < 6; ++column) append(planes.plane(row, column), planes.stored() * sizeof(float));
+  }
+  append(planes.indices(), planes.stored() * sizeof(std::uint32_t));
+  append(planes.column_max(), 6 * sizeof(double));
+  return bytes;
+}
+
+/// The library's factor of an information; and with a block more.
+InformationFactor factor_of(const Matrix6& information);
+void add(InformationFactor& factor, const Block& block);
 
 /// Options with the arrays that they point to, each of which may be empty: then it is not given.
 struct Request {

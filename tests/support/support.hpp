@@ -5,7 +5,6 @@
 #include "bench/world/scene.hpp"
 #include "kernel/base/counter_random.hpp"
 #include "simd/kernel.hpp"
-#include "tests/support/block_kinds.hpp"
 #include "tests/support/processor.hpp"
 
 #include <gtest/gtest.h>
@@ -118,17 +117,6 @@ void for_each_trial(std::size_t count, const Body& body) {
   }
 }
 
-/// As for_each_trial with blocks of every size from 10^first to 10^last: body(random, exponent).
-template <class Body>
-void for_each_exponent(int first, int last, const Body& body) {
-  for (int exponent = first; exponent <= last; ++exponent) {
-    Random random(static_cast<std::uint64_t>(exponent - first));
-    SCOPED_TRACE(random.name() + ", 1e" + std::to_string(exponent));
-    body(random, exponent);
-    if (::testing::Test::HasFailure()) return;
-  }
-}
-
 /// Expects function() to return the same on every instruction set, and returns it.
 template <class Function>
 auto same_on_every_isa(const Function& function) {
@@ -144,6 +132,20 @@ auto same_on_every_isa(const Function& function) {
 /// Folder of real data, or an empty string; environment MAXLOGDET_DATA overrides the default place.
 std::string data_folder();
 
+/// The kinds of blocks that tests over real and synthetic frames go through.
+struct BlockKind {
+  const char* name;
+  Weighting weighting;
+  DepthCue depth_cue;
+};
+constexpr BlockKind block_kinds[] = {
+    {"map_bias", Weighting::map_bias, DepthCue::none},
+    {"map_bias_stereo", Weighting::map_bias, DepthCue::stereo},
+    {"map_bias_world", Weighting::map_bias_world, DepthCue::none},
+    {"measurement", Weighting::measurement, DepthCue::none},
+    {"measurement_stereo", Weighting::measurement, DepthCue::stereo},
+    {"measurement_and_map_stereo", Weighting::measurement_and_map, DepthCue::stereo},
+};
 BlockStore blocks_of(const sim::Frame& frame, const BlockKind& kind);
 
 /// Which of many cases run where only a share does: every `step`-th, from a different one on in each test.
@@ -187,5 +189,63 @@ void for_real_frames(std::size_t every, const Body& body) {
     }
   }
 }
+
+// The linear algebra of oracles, compiled once: a test that instantiates a decomposition or a large product itself
+// takes seconds longer to compile for each.
+
+using Vector6 = Eigen::Matrix<double, state_dimension, 1>;
+using WideMatrix = Eigen::Matrix<long double, Eigen::Dynamic, Eigen::Dynamic>;
+using WideMatrix6 = Eigen::Matrix<long double, state_dimension, state_dimension>;
+using WideVector6 = Eigen::Matrix<long double, state_dimension, 1>;
+
+/// A B.
+Eigen::MatrixXd product(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b);
+WideMatrix wide_product(const WideMatrix& a, const WideMatrix& b);
+
+/// A^T A: the information of stacked rows.
+Eigen::MatrixXd gram(const Eigen::MatrixXd& a);
+WideMatrix wide_gram(const WideMatrix& a);
+
+/// The inverse, by LU with pivoting.
+Eigen::MatrixXd inverse(const Eigen::MatrixXd& a);
+WideMatrix wide_inverse(const WideMatrix& a);
+
+/// L, lower triangular, of a symmetric positive definite S = L L^T; not finite where S is not.
+Eigen::MatrixXd cholesky(const Eigen::MatrixXd& s);
+
+/// L^-1 B for a lower triangular L.
+Eigen::MatrixXd solve_lower(const Eigen::MatrixXd& l, const Eigen::MatrixXd& b);
+
+/// |A - B| / |B|, Frobenius.
+inline double relative_difference(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
+  return (a - b).norm() / b.norm();
+}
+
+/// The largest |entry| of A, and of A - B.
+inline double largest_entry(const Eigen::MatrixXd& a) { return a.cwiseAbs().maxCoeff(); }
+inline double largest_difference(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) { return largest_entry(a - b); }
+
+/// The log determinant of a symmetric positive definite matrix.
+double log_det(const Eigen::MatrixXd& s);
+
+/// The eigenvalues of a symmetric matrix in ascending order.
+Vector6 eigenvalues(const Matrix6& s);
+WideVector6 wide_eigenvalues(const WideMatrix6& s);
+
+/// The singular values in descending order.
+Eigen::VectorXd singular_values(const Eigen::MatrixXd& a);
+
+/// Eigenvalues of a symmetric matrix in ascending order, and their eigenvectors of length 1, as columns.
+struct Spectrum4 {
+  Eigen::Vector4d values;
+  Eigen::Matrix4d vectors;
+};
+Spectrum4 spectrum(const Eigen::Matrix4d& s);
+
+/// The x that minimises |A x - b| for an A of full column rank, by QR with pivoting.
+Eigen::VectorXd solve_least_squares(const Eigen::MatrixXd& a, const Eigen::VectorXd& b);
+
+/// The orthogonal Q of A = Q R P, all its columns: those of the range of A are the first.
+Eigen::MatrixXd orthogonal_factor(const Eigen::MatrixXd& a);
 
 }  // namespace maxlogdet::test

@@ -2,7 +2,6 @@
 #pragma once
 
 #include "bench/world/se3.hpp"
-#include "tests/support/linear_algebra.hpp"
 #include "tests/support/support.hpp"
 
 #include <gtest/gtest.h>

@@ -3,8 +3,8 @@
 // poses, depths in the first frame of a track, places in para_Feature.
 #include "tests/api/integration/adapter_world.hpp"
 #include "tests/api/integration/guide.hpp"
-#include "tests/support/random_geometry.hpp"
-#include "tests/support/recording.hpp"
+#include "tests/support/camera_oracle.hpp"
+#include "tests/support/text_folder.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -4,7 +4,7 @@
 // weights, priors.
 #include "tests/api/integration/guide.hpp"
 #include "tests/api/integration/adapter_world.hpp"
-#include "tests/support/random_geometry.hpp"
+#include "tests/support/camera_oracle.hpp"
 
 #include <algorithm>
 #include <array>

@@ -5,7 +5,7 @@
 #include "tests/api/integration/adapter_world.hpp"
 #include "tests/api/integration/guide.hpp"
 #include "tests/support/allocation_counter.hpp"
-#include "tests/support/random_geometry.hpp"
+#include "tests/support/camera_oracle.hpp"
 
 #include <Eigen/Core>
 #include <algorithm>

@@ -4,7 +4,6 @@
 // compares the lines of differently compiled programs.
 #include "bench/world/hash.hpp"
 #include "kernel/base/counter_random.hpp"
-#include "tests/support/block_kinds.hpp"
 
 #include <maxlogdet/maxlogdet.hpp>
 
@@ -19,15 +18,11 @@
 namespace maxlogdet {
 namespace {
 
-class Hash : public sim::Hash {
- public:
-  using sim::Hash::add;
-  void add(double number) {
-    std::uint64_t bits = 0;
-    std::memcpy(&bits, &number, sizeof bits);
-    add(bits);
-  }
-};
+void add_bits(sim::Hash& hash, double number) {
+  std::uint64_t bits = 0;
+  std::memcpy(&bits, &number, sizeof bits);
+  hash.add(bits);
+}
 
 // Where the points are; the numbers come by + - * alone, so that they are the same everywhere.
 constexpr const char* families[] = {"room", "far_away", "clustered", "copies"};
@@ -56,7 +51,7 @@ std::vector<double> points_of(const std::string& family, std::size_t n) {
   return points;
 }
 
-BlockStore blocks_of(const std::vector<double>& points, const test::BlockKind& kind) {
+BlockStore blocks_of(const std::vector<double>& points, Weighting weighting, DepthCue depth_cue) {
   PinholeCamera camera;
   camera.fx = camera.fy = 450;
   camera.bf = 50;
@@ -65,8 +60,8 @@ BlockStore blocks_of(const std::vector<double>& points, const test::BlockKind& k
   matches.size = points.size() / 3;
   matches.points = points.data();
   BlockOptions options;
-  options.weighting = kind.weighting;
-  options.depth_cue = kind.depth_cue;
+  options.weighting = weighting;
+  options.depth_cue = depth_cue;
   BlockStore blocks;
   append_blocks(camera, RigidTransform::row_major(T_cw), matches, options, blocks);
   return blocks;
@@ -98,12 +93,11 @@ void select_every_way(const std::string& from, const BlockStore& blocks) {
       options.target.efficiency = way == "efficiency" ? 0.15 : 0;
       options.target.translation_sigma = options.target.rotation_sigma = way == "deviations" ? 0.01 : 0;
       const Selection selection = selector.select(blocks, options);
-      Hash indices;
+      sim::Hash indices, gains;
       for (const std::uint32_t index : selection) indices.add(std::uint64_t{index});
-      Hash gains;
-      for (std::size_t i = 0; i < selection.size; ++i) gains.add(selection.gains[i]);
-      gains.add(selection.has_answer() ? selection.log_det : 0);
-      gains.add(options.certificate ? selection.upper_bound : 0);
+      for (std::size_t i = 0; i < selection.size; ++i) add_bits(gains, selection.gains[i]);
+      add_bits(gains, selection.has_answer() ? selection.log_det : 0);
+      add_bits(gains, options.certificate ? selection.upper_bound : 0);
       std::printf("%s %s %s %s %s %zu %016" PRIx64 " %016" PRIx64 "\n", active_isa(), from.c_str(), to_string(strategy),
                   way.c_str(), to_string(selection.status), selection.size, indices.value(), gains.value());
     }
@@ -114,8 +108,10 @@ void select_on_this_isa() {
   for (const std::size_t n : {std::size_t{120}, std::size_t{1500}}) {
     for (const std::string family : families) {
       const std::vector<double> points = points_of(family, n);
-      for (const test::BlockKind& kind : test::block_kinds) {
-        select_every_way(family + ' ' + std::to_string(n) + ' ' + kind.name, blocks_of(points, kind));
+      for (const Weighting weighting : weightings) {
+        const std::string from = family + ' ' + std::to_string(n) + ' ' + to_string(weighting);
+        select_every_way(from, blocks_of(points, weighting, DepthCue::none));
+        select_every_way(from + "_stereo", blocks_of(points, weighting, DepthCue::stereo));
       }
     }
   }
