@@ -30,14 +30,8 @@ constexpr FrameKind frame_kinds[] = {FrameKind::monocular, FrameKind::stereo, Fr
                                      FrameKind::rig};
 
 inline const char* to_string(FrameKind kind) {
-  switch (kind) {
-    case FrameKind::monocular: return "monocular";
-    case FrameKind::stereo: return "stereo";
-    case FrameKind::depth: return "depth";
-    case FrameKind::fisheye: return "fisheye";
-    case FrameKind::rig: return "rig";
-  }
-  return "unknown";
+  constexpr const char* names[] = {"monocular", "stereo", "depth", "fisheye", "rig"};
+  return names[static_cast<int>(kind)];
 }
 inline void PrintTo(FrameKind kind, std::ostream* out) { *out << to_string(kind); }
 
@@ -174,6 +168,19 @@ inline Subset all_matches(const Frame& frame) {
   Subset all(frame.matches.size());
   std::iota(all.begin(), all.end(), 0U);
   return all;
+}
+
+/// What the library selects of some matches, on a frame of these alone.
+inline Subset selected_by_library(const Frame& frame, const Subset& candidates, const BlockOptions& of_blocks,
+                                  const Options& search) {
+  Frame alone = frame;
+  alone.matches.clear();
+  for (const std::uint32_t i : candidates) alone.matches.push_back(frame.matches[i]);
+  BlockStore blocks;
+  build_blocks(alone, of_blocks, blocks);
+  Subset selected;
+  for (const std::uint32_t i : select_indices(blocks, search)) selected.push_back(candidates[i]);
+  return selected;
 }
 
 inline Pose pose_of(const Frame& frame) { return sim::pose_of(frame.T_cw_prior); }

@@ -2,7 +2,6 @@
 // Stores of blocks against a model that is a list of blocks, after any change; batches of matches, some of them broken,
 // by every instruction set and one by one; and answers from a store with empty slots against one without. That the
 // equations of blocks are right is shown by blocks_test.cpp.
-#include "bench/world/frame.hpp"
 #include "kernel/blocks/block_planes.hpp"
 #include "tests/core/feature_frame.hpp"
 #include "tests/support/request.hpp"
@@ -41,7 +40,7 @@ FeatureFrame random_frame(Random& random, std::size_t n, Weighting weighting, De
   return frame;
 }
 
-FeatureFrame random_frame(Random& random, std::size_t n) {
+FeatureFrame any_frame(Random& random, std::size_t n) {
   return random_frame(random, n, weightings[random.integer(0, 3)], thirds[random.integer(0, 2)]);
 }
 
@@ -52,10 +51,6 @@ Matches random_matches(Random& random, const FeatureFrame& frame) {
   if (random.chance(0.5)) matches.has_depth_cue = nullptr;
   if (random.chance(0.5)) matches.usable = nullptr;
   return matches;
-}
-
-BlockReport append(const FeatureFrame& frame, const Matches& matches, BlockStore& blocks) {
-  return append_blocks(frame.cameras, frame.kind.has_rig ? 2 : 1, rows_of(frame.T_cw), matches, frame.options, blocks);
 }
 
 // All lengths of the last pack, behind some candidates; an unknown MAXLOGDET_ISA is as none.
@@ -72,7 +67,7 @@ TEST(BlockBuilding, gives_the_same_bits_on_every_instruction_set) {
         const auto build = [&] {
           BlockStore blocks(before.size() + n);  // a plane may end with the last match
           for (const Block& block : before) push_back(blocks, block);
-          const BlockReport report = append(frame, matches, blocks);
+          const BlockReport report = frame.append(matches, frame.options, blocks);
           EXPECT_EQ(report.error, Error::none) << to_string(report.error);
           EXPECT_EQ(report.appended, n);
           EXPECT_EQ(report.invalid, blocks.invalid_count());
@@ -105,15 +100,15 @@ Matches alone(const FeatureFrame& frame, const Matches& matches, std::size_t i) 
 // And its report is the sum of theirs, its rows those of the valid block with most of them.
 TEST(BlockBuilding, gives_each_match_what_it_gets_alone) {
   for_each_trial(300, [&](Random& random) {
-    const FeatureFrame frame = random_frame(random, random.index(random.chance(0.3) ? 5 : 150));
+    const FeatureFrame frame = any_frame(random, random.index(random.chance(0.3) ? 5 : 150));
     const Matches matches = random_matches(random, frame);
     BlockStore together(1);
-    const BlockReport report = append(frame, matches, together);
+    const BlockReport report = frame.append(matches, frame.options, together);
     BlockReport sum;
     int rows = 0;
     for (std::size_t i = 0; i < matches.size; ++i) {
       BlockStore own(1);
-      const BlockReport one = append(frame, alone(frame, matches, i), own);
+      const BlockReport one = frame.append(alone(frame, matches, i), frame.options, own);
       for (const auto& count : counts_of_report) sum.*count += one.*count;
       rows = std::max(rows, own.rows());
       ASSERT_EQ(own.is_valid(0), together.is_valid(i)) << i;
@@ -151,19 +146,19 @@ void push_back_hole(Random& random, BlockStore& blocks) {
   const double entries[24] = {};
   const int rows[] = {-1, 0, 4};
   const std::size_t index = blocks.size();
-  switch (random.integer(0, 2)) {
-    case 0: EXPECT_EQ(blocks.push_back(nullptr, 2), index); break;
-    case 1: EXPECT_EQ(blocks.push_back(entries, rows[random.integer(0, 2)]), index); break;
-    default: EXPECT_EQ(blocks.push_back_invalid(), index);
-  }
+  const int way = random.integer(0, 4);
+  EXPECT_EQ(way < 3    ? blocks.push_back(entries, rows[way])
+            : way == 3 ? blocks.push_back(nullptr, 2)
+                       : blocks.push_back_invalid(),
+            index);
 }
 
 // Appends a batch of matches; a store of its own says which blocks they have.
 void append_batch(Random& random, BlockStore& blocks, Slots& slots) {
-  const FeatureFrame frame = random_frame(random, random.index(41));
+  const FeatureFrame frame = any_frame(random, random.index(41));
   const Matches matches = random_matches(random, frame);
   BlockStore alone;
-  expect_same(append(frame, matches, blocks), append(frame, matches, alone));
+  expect_same(frame.append(matches, frame.options, blocks), frame.append(matches, frame.options, alone));
   for (std::size_t i = 0; i < alone.size(); ++i) {
     slots.emplace_back();
     if (alone.is_valid(i)) slots.back() = stored_block(alone, i);
@@ -288,113 +283,53 @@ TEST(BlockStore, more_candidates_than_indices_are_refused) {
 }
 
 TEST(EigenAdapter, takes_blocks_of_any_scalar_and_storage_order) {
-  Random random;
-  const Block block = rounded(random_block(random, 2));
+  const Eigen::Matrix<double, 2, 6> fixed = Block::Ones(2, 6) / 4 + Block::Identity(2, 6);
+  const Eigen::MatrixXd dynamic = fixed;
   BlockStore blocks;
-  push_back(blocks, block);
-  push_back(blocks, block.cast<float>());
-  const Eigen::Matrix<double, 2, 6> fixed = block;
+  push_back(blocks, Block(fixed));
+  push_back(blocks, fixed.cast<float>());
   push_back(blocks, fixed);
-  const Eigen::MatrixXd dynamic = block;
   push_back(blocks, dynamic);
   push_back(blocks, 2 * dynamic - dynamic);  // an expression
-  for (std::size_t i = 0; i < blocks.size(); ++i) EXPECT_EQ(stored_block(blocks, i), block) << i;
-  push_back(blocks, Eigen::MatrixXd::Zero(4, 6).eval());
-  push_back(blocks, Eigen::MatrixXd::Zero(2, 5).eval());
-  push_back(blocks, Eigen::MatrixXd::Zero(0, 6).eval());
+  for (std::size_t i = 0; i < blocks.size(); ++i) EXPECT_EQ(stored_block(blocks, i), fixed) << i;
+  for (const auto& [rows, columns] : {std::pair(4, 6), std::pair(2, 5), std::pair(0, 6)}) {
+    push_back(blocks, Eigen::MatrixXd::Zero(rows, columns).eval());
+  }
   EXPECT_EQ(blocks.invalid_count(), 3U);
 }
 
-template <class T>
-std::vector<T> gathered(const std::vector<T>& values, const std::vector<std::uint32_t>& indices) {
-  std::vector<T> result;
-  if (values.empty()) return result;
-  for (const std::uint32_t i : indices) result.push_back(values[i]);
-  return result;
-}
-
-// Any subset of the constraints, perhaps with a certificate, for some of the blocks.
-Request random_request(Random& random, const BlockStore& blocks) {
-  Problem problem = problem_of(blocks, 0);
-  constrain(random, problem, random.chance(0.3));
-  if (random.chance(0.5)) problem.set_prior(random_prior(random));
-  const std::size_t required = problem.required_count();
-  problem.plain.budget = required + random.index(blocks.stored() - required + 3);
-  problem.plain.stochastic.seed = random.seed();
-  problem.plain.stochastic.epsilon = random.uniform(0.01, 0.9);
-  problem.plain.certificate = random.chance(0.5);
-  return static_cast<const Request&>(problem);
-}
-
-// Every strategy's answer for `whole` against that for `dense`, which holds the valid candidates of it alone. A store
-// without candidates gives ok, one whose candidates are all invalid all_selected.
-void expect_same_answers(const BlockStore& whole, const Request& request, const BlockStore& dense) {
-  const std::uint32_t* const indices = planes_of(whole).indices();
-  const std::vector<std::uint32_t> kept(indices, indices + whole.stored());
-  Request of_dense = request;
-  of_dense.required = gathered(request.required, kept);
-  of_dense.groups = gathered(request.groups, kept);
-  Selector selector(std::max(whole.size(), request.plain.budget));
-  Selector dense_selector(std::max(dense.size(), request.plain.budget));
-  for (const Strategy strategy : strategies) {
-    SCOPED_TRACE(to_string(strategy));
-    const Answer expected = dense_selector.select(dense, of_dense.options(strategy));
-    const Answer actual = selector.select(whole, request.options(strategy));
-    const bool is_empty = dense.size() == 0 && request.plain.budget > 0 && whole.size() > 0;
-    EXPECT_EQ(actual.status, is_empty ? Status::all_selected : expected.status);
-    EXPECT_EQ(actual.indices, gathered(kept, expected.indices));
-    EXPECT_EQ(actual.numbers, expected.numbers);
-    EXPECT_EQ(actual.evaluations, expected.evaluations);
-    EXPECT_EQ(actual.float64_decisions, expected.float64_decisions);
-  }
-}
-
+// Every strategy's: a store without candidates gives ok, one whose candidates are all invalid all_selected.
 TEST(EmptySlots, answers_are_those_of_a_store_without_them) {
   for_each_trial(400, [](Random& random) {
     const BlockStore dense = awkward_blocks(random, random.index(150));
     const double share = random.uniform(0.02, 0.9);
     BlockStore whole;
+    std::vector<std::size_t> kept;
     for (std::size_t i = 0; i <= dense.size(); ++i) {
       while (random.chance(share)) push_back_hole(random, whole);
-      if (i < dense.size()) push_back(whole, stored_block(dense, i));
+      if (i == dense.size()) break;
+      kept.push_back(whole.size());
+      push_back(whole, stored_block(dense, i));
     }
-    expect_same_answers(whole, random_request(random, whole), dense);
+    Request request;
+    if (random.chance(0.5)) request.set_prior(random_prior(random));
+    request.plain.budget = random.index(dense.size() + 3);
+    request.plain.stochastic.seed = random.seed();
+    request.plain.stochastic.epsilon = random.uniform(0.01, 0.9);
+    request.plain.certificate = random.chance(0.5);
+    for (const Strategy strategy : strategies) {
+      SCOPED_TRACE(to_string(strategy));
+      Answer expected = answer_to(dense, request.options(strategy));
+      const Answer actual = answer_to(whole, request.options(strategy));
+      const bool is_empty = dense.size() == 0 && request.plain.budget > 0 && whole.size() > 0;
+      for (std::uint32_t& i : expected.indices) i = static_cast<std::uint32_t>(kept[i]);
+      EXPECT_EQ(actual.status, is_empty ? Status::all_selected : expected.status);
+      EXPECT_EQ(actual.indices, expected.indices);
+      EXPECT_EQ(actual.numbers, expected.numbers);
+      EXPECT_EQ(actual.evaluations, expected.evaluations);
+      EXPECT_EQ(actual.float64_decisions, expected.float64_decisions);
+    }
   });
-}
-
-TEST(EmptySlots, answers_are_those_of_the_frame_without_them) {
-  constexpr std::uint32_t slots = 300;
-  for (const sim::Scene scene : sim::scenes) {
-    for (const BlockKind& kind : block_kinds) {
-      Random random(static_cast<std::uint64_t>(scene));
-      SCOPED_TRACE(random.name() + ", " + to_string(scene) + ' ' + kind.name);
-      const sim::Frame frame = make_scene(scene, slots, random.seed());
-      const double share = random.uniform(0.2, 0.95);
-      std::vector<unsigned char> usable(slots);
-      std::vector<std::uint32_t> kept;
-      for (std::uint32_t i = 0; i < slots; ++i) {
-        usable[i] = random.uniform(0, 1) < share;
-        if (usable[i] != 0) kept.push_back(i);
-      }
-      BlockOptions options;
-      options.weighting = kind.weighting;
-      options.depth_cue = kind.depth_cue;
-      const sim::MatchArrays arrays(frame);
-      Matches matches = arrays.view();
-      matches.usable = usable.data();
-      BlockStore whole, dense;
-      append_blocks(frame.camera, RigidTransform::row_major(frame.T_cw_prior.data()), matches, options, whole);
-      sim::build_blocks(frame, sim::MatchArrays(frame, kept), options, dense);
-      ASSERT_EQ(dense.stored(), kept.size());
-      ASSERT_EQ(whole.stored(), kept.size());
-      Request request;
-      request.plain.certificate = true;
-      for (const std::size_t budget : {std::size_t{20}, kept.size() - 10}) {
-        request.plain.budget = budget;
-        expect_same_answers(whole, request, dense);
-      }
-    }
-  }
 }
 
 }  // namespace

@@ -129,18 +129,17 @@ struct Given {
     matches.has_depth_cue = &c.has_depth_cue;
     if (c.has_covariance) matches.map_covariances = upper.data();
     if (c.is_rig && c.camera > 0) matches.camera_ids = &c.camera;  // default: the first
+    report = c.is_rig ? append_blocks(c.cameras.data(), c.cameras.size(), T_bw, matches, c.options, blocks)
+                      : append_blocks(c.model(), T_bw, matches, c.options, blocks);
   }
   Given(const Given&) = delete;
   Given& operator=(const Given&) = delete;
 
-  BlockReport append(const Case& c, BlockStore& blocks) const {
-    if (!c.is_rig) return append_blocks(c.model(), T_bw, matches, c.options, blocks);
-    return append_blocks(c.cameras.data(), c.cameras.size(), T_bw, matches, c.options, blocks);
-  }
-
   Covariance upper;
   RigidTransform T_bw;
   Matches matches;
+  BlockStore blocks;
+  BlockReport report;
 };
 
 // W, lower triangular with a positive diagonal, and Omega = W^T W: there just where there is a block, and W Sigma W^T
@@ -168,24 +167,20 @@ void expect_weight(const Case& c, const Given& given, bool is_there, long double
 // Returns whether there is a block.
 bool check_case(const Case& c, long double tolerance, long double tolerance_of_weight) {
   const Given given(c);
-  BlockStore blocks;
-  const BlockReport report = given.append(c, blocks);
-  EXPECT_EQ(report.error, Error::none) << to_string(report.error);
-  EXPECT_EQ(report.invalid_covariances, report.invalid);
-  const bool is_there = blocks.is_valid(0);
+  EXPECT_EQ(given.report.error, Error::none) << to_string(given.report.error);
+  EXPECT_EQ(given.report.invalid_covariances, given.report.invalid);
+  const bool is_there = given.blocks.is_valid(0);
   const bool is_whitened =
       c.options.weighting == Weighting::measurement || c.options.weighting == Weighting::measurement_and_map;
   if (is_whitened) expect_weight(c, given, is_there, tolerance_of_weight);
   if (!is_there) return false;
   const WideMatrix expected = expected_information(c);
-  const WideMatrix error = wide_gram(stored_block(blocks, 0).cast<long double>()) - expected;
+  const WideMatrix error = wide_gram(stored_block(given.blocks, 0).cast<long double>()) - expected;
   const WideVector roots = expected.diagonal().cwiseSqrt();
   const bool is_exact = c.model().model == CameraModel::pinhole;  // differences leave errors in what is almost zero
   const WideMatrix sizes = is_exact ? wide_product(roots, roots.transpose())
                                     : WideMatrix(WideMatrix::Constant(6, 6, expected.cwiseAbs().maxCoeff()));
-  EXPECT_LT(error.cwiseAbs().cwiseQuotient(sizes).maxCoeff(), tolerance) << "error\n"
-                                                                         << error << "\nexpected\n"
-                                                                         << expected;
+  EXPECT_LT(error.cwiseAbs().cwiseQuotient(sizes).maxCoeff(), tolerance) << error << "\nof\n" << expected;
   return true;
 }
 
@@ -230,8 +225,7 @@ TEST(Camera, projects_as_the_papers_of_the_models_say_and_has_the_derivative_of_
       const WideVector3 at = p.cast<long double>();
       const long double length = at.norm();
       double uv[2], again[2], jacobian[6];
-      ASSERT_TRUE(project(camera, p.data(), uv));
-      ASSERT_TRUE(project(camera, p.data(), again, jacobian));
+      ASSERT_TRUE(project(camera, p.data(), uv) && project(camera, p.data(), again, jacobian));
       const WideVector2 expected = image_of(camera, at);
       const WideMatrix by_point =
           differentiate(3, [&](const WideVector& d) { return image_of(camera, at + length * d); });
@@ -328,8 +322,7 @@ TEST(Camera, a_monocular_point_newly_triangulated_is_accepted) {
     const Eigen::Matrix3d along = (ray * ray.transpose()).cast<double>();
     for (const double variance : {1e6, 1e14}) {
       c.covariance = variance * along + 1e-4 * Covariance::Identity();
-      BlockStore blocks;
-      EXPECT_EQ(Given(c).append(c, blocks).invalid_covariances, variance > 1e10 ? 1U : 0U);
+      EXPECT_EQ(Given(c).report.invalid_covariances, variance > 1e10 ? 1U : 0U);
     }
   }
 }
@@ -344,13 +337,10 @@ TEST(Camera, a_covariance_with_which_sigma_is_not_positive_definite_gives_no_blo
       Case c = random_case(random, model, depth_cue, Weighting::measurement_and_map);
       c.has_covariance = true;
       const auto expect_block = [&](bool is_there) {
-        BlockStore blocks;
         const Given given(c);
-        const BlockReport report = given.append(c, blocks);
-        EXPECT_EQ(blocks.is_valid(0), is_there) << c.covariance;
-        EXPECT_EQ(report.invalid, is_there ? 0U : 1U);
-        EXPECT_EQ(report.error, Error::none);
-        EXPECT_EQ(report.behind_camera, 0U);
+        EXPECT_EQ(given.blocks.is_valid(0), is_there) << c.covariance;
+        EXPECT_EQ(given.report.invalid_covariances, is_there ? 0U : 1U);
+        EXPECT_EQ(given.report.error, Error::none);
       };
       const WideMatrix v = random_direction(random);
       const long double limit = 1 / weighted(wide_product(c.by_world_point(), v), c.measurement_noise())(0, 0);
@@ -402,8 +392,7 @@ TEST(PointCovariance, is_the_inverse_of_what_the_observations_tell) {
     EXPECT_LT((c.covariance.cast<long double>() - expected).norm(), 1e-6L * expected.norm());
     c.has_covariance = true;
     c.options.weighting = Weighting::measurement_and_map;
-    BlockStore blocks;
-    EXPECT_EQ(Given(c).append(c, blocks).invalid, 0U);
+    EXPECT_EQ(Given(c).report.invalid, 0U);
   });
 }
 

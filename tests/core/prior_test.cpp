@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The prior that a selection starts from, against oracle.hpp: those of estimators are in float32, semidefinite or
 // worse; and units. The default prior follows the units of blocks, and the unit of length changes lengths alone.
-#include "tests/core/alignment_scene.hpp"
+#include "tests/core/feature_frame.hpp"
 #include "tests/support/oracle.hpp"
 #include "tests/support/request.hpp"
 #include "tests/support/support.hpp"

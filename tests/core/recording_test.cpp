@@ -86,11 +86,10 @@ std::vector<std::pair<std::string, double>> columns_of(const FeatureFrame& frame
   if (frame.kind.depth_cue == DepthCue::depth) columns.emplace_back("depth", has_cue ? match.depth : -1);
   columns.emplace_back("inv_sigma2", 1 / (match.sigma * match.sigma));
   if (frame.arrays().map_covariances != nullptr) {
-    const double* const covariance = frame.knows_covariance[i] != 0 ? &frame.covariances[9 * i] : nullptr;
-    std::size_t entry = 0;
-    for (const char* const name : {"cov_xx", "cov_xy", "cov_xz", "", "cov_yy", "cov_yz", "", "", "cov_zz"}) {
-      if (*name != '\0') columns.emplace_back(name, covariance == nullptr ? -1 : covariance[entry]);
-      ++entry;
+    const std::pair<const char*, std::size_t> entries[] = {{"cov_xx", 0}, {"cov_xy", 1}, {"cov_xz", 2},
+                                                           {"cov_yy", 4}, {"cov_yz", 5}, {"cov_zz", 8}};
+    for (const auto& [name, entry] : entries) {
+      columns.emplace_back(name, frame.knows_covariance[i] != 0 ? frame.covariances[9 * i + entry] : -1);
     }
   }
   if (has_keyframes) columns.emplace_back("keyframe", match.keyframe);
@@ -128,26 +127,11 @@ TEST(Recording, good_features_records_every_field_bit_for_bit) {
   good.record(nullptr);
 }
 
-// A decimal comma, of C++ streams and, where the machine has such a locale, of C.
-struct DecimalComma {
-  struct Comma : std::numpunct<char> {
-    char do_decimal_point() const override { return ','; }
-    char do_thousands_sep() const override { return '.'; }
-    std::string do_grouping() const override { return "\3"; }
-  };
-  DecimalComma() : before(std::locale::global(std::locale(std::locale::classic(), new Comma))) {
-    for (const char* const name : {"de_DE.UTF-8", "de_DE.utf8", "fr_FR.UTF-8", "de_DE"}) {
-      if (std::setlocale(LC_NUMERIC, name) != nullptr) break;
-    }
-    std::printf("the decimal point of C is '%s'\n", std::localeconv()->decimal_point);
-  }
-  ~DecimalComma() {
-    std::locale::global(before);
-    std::setlocale(LC_NUMERIC, "C");
-  }
-  DecimalComma(const DecimalComma&) = delete;
-  DecimalComma& operator=(const DecimalComma&) = delete;
-  std::locale before;
+// Of C++ streams.
+struct DecimalComma : std::numpunct<char> {
+  char do_decimal_point() const override { return ','; }
+  char do_thousands_sep() const override { return '.'; }
+  std::string do_grouping() const override { return "\3"; }
 };
 
 TEST(Recording, numbers_have_the_fewest_digits_that_read_back_whatever_the_locale_is) {
@@ -162,18 +146,21 @@ TEST(Recording, numbers_have_the_fewest_digits_that_read_back_whatever_the_local
       {1 / 3.0, "0.3333333333333333"},
       {std::numeric_limits<double>::max(), "1.7976931348623157e+308"},
       {static_cast<double>(367.215F), "367.2149963378906"}};
-  {
-    const DecimalComma comma;
-    FrameRecorder recorder;
-    ASSERT_TRUE(recorder.open(folder.path().c_str()));
-    ASSERT_TRUE(recorder.start(Camera(458.5, 457, 367, 248), RigidTransform::identity()));
-    for (const auto& number : numbers) {
-      FeatureMatch match;
-      match.measured[0] = number.first;
-      EXPECT_TRUE(recorder.add(match, false));
-    }
-    EXPECT_TRUE(recorder.finish());
+  const std::locale before = std::locale::global(std::locale(std::locale::classic(), new DecimalComma));
+  for (const char* const name : {"de_DE.UTF-8", "de_DE.utf8", "fr_FR.UTF-8", "de_DE"}) {
+    if (std::setlocale(LC_NUMERIC, name) != nullptr) break;  // of C, where the machine has such a locale
   }
+  FrameRecorder recorder;
+  EXPECT_TRUE(recorder.open(folder.path().c_str()));
+  EXPECT_TRUE(recorder.start(Camera(458.5, 457, 367, 248), RigidTransform::identity()));
+  for (const auto& number : numbers) {
+    FeatureMatch match;
+    match.measured[0] = number.first;
+    EXPECT_TRUE(recorder.add(match, false));
+  }
+  EXPECT_TRUE(recorder.finish());
+  std::locale::global(before);
+  std::setlocale(LC_NUMERIC, "C");
   const RecordedFrame recorded(folder / first_frame);
   EXPECT_EQ(recorded.comments.at("fx,fy,cx,cy,bf"), (std::vector<std::string>{"458.5", "457", "367", "248", "0"}));
   for (std::size_t i = 0; i < numbers.size(); ++i) {
@@ -203,20 +190,20 @@ TEST(Recording, a_frame_recorder_leaves_out_matches_that_the_file_cannot_hold) {
     return recorder.add(match, false);
   };
   EXPECT_TRUE(recorder.add(FeatureMatch(origin, origin), true, 38));
-  for (const double bad : {nan, infinity, -infinity}) {
-    EXPECT_FALSE(is_added([&](FeatureMatch& match) { match.measured[0] = bad; }));
-    EXPECT_FALSE(is_added([&](FeatureMatch& match) { match.measured[1] = bad; }));
-    EXPECT_FALSE(is_added([&](FeatureMatch& match) { match.point[2] = bad; }));
-    EXPECT_FALSE(is_added([&](FeatureMatch& match) { match.sigma = bad; }));
-    EXPECT_TRUE(is_added([&](FeatureMatch& match) { match.u_right = bad; })) << "not measured";
-    EXPECT_FALSE(recorder.add(FeatureMatch(origin, origin), false, bad)) << "descriptor distance";
-    const double covariance[9] = {1, 0, 0, 0, 1, 0, 0, 0, bad};
-    EXPECT_FALSE(is_added([&](FeatureMatch& match) { match.covariance = covariance; }));
-  }
-  for (const std::size_t diagonal : {0U, 4U, 8U}) {
-    double negative[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
-    negative[diagonal] = -1;
-    EXPECT_FALSE(is_added([&](FeatureMatch& match) { match.covariance = negative; }));
+  for (const double bad : {nan, infinity, -infinity, -1.0}) {
+    if (!std::isfinite(bad)) {
+      EXPECT_FALSE(is_added([&](FeatureMatch& match) { match.measured[0] = bad; }));
+      EXPECT_FALSE(is_added([&](FeatureMatch& match) { match.measured[1] = bad; }));
+      EXPECT_FALSE(is_added([&](FeatureMatch& match) { match.point[2] = bad; }));
+      EXPECT_FALSE(is_added([&](FeatureMatch& match) { match.sigma = bad; }));
+      EXPECT_FALSE(recorder.add(FeatureMatch(origin, origin), false, bad)) << "descriptor distance";
+      EXPECT_TRUE(is_added([&](FeatureMatch& match) { match.u_right = bad; })) << "not measured";
+    }
+    for (const std::size_t diagonal : {0U, 4U, 8U}) {
+      double covariance[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+      covariance[diagonal] = bad;
+      EXPECT_FALSE(is_added([&](FeatureMatch& match) { match.covariance = covariance; }));
+    }
   }
   EXPECT_FALSE(is_added([](FeatureMatch& match) { match.sigma = 0; }));
   EXPECT_FALSE(is_added([](FeatureMatch& match) { match.sigma = 1e200; })) << "1 / sigma^2 is 0";
@@ -262,21 +249,21 @@ struct Watched {
 
 TEST(Recording, is_off_by_default_and_after_an_empty_name_and_starts_with_the_next_frame) {
   Watched watched;
-  EXPECT_EQ(watched.select(), "");
-  EXPECT_EQ(watched.folder.files().size(), 0U);
+  const auto expect_files_after_a_frame = [&](std::size_t count) {
+    EXPECT_EQ(watched.select(), "");
+    EXPECT_EQ(watched.folder.files().size(), count);
+  };
+  expect_files_after_a_frame(0);
   watched.frame.gather(watched.good);
   EXPECT_EQ(watched.record(watched.folder.path(), true), "");
   EXPECT_EQ(watched.good.select(with_budget(30)).status, Status::ok);
   EXPECT_EQ(watched.folder.files().size(), 0U) << "this frame had been started";
-  EXPECT_EQ(watched.select(), "");
-  EXPECT_EQ(watched.folder.files().size(), 1U);
+  expect_files_after_a_frame(1);
   EXPECT_EQ(watched.record(watched.folder.path(), true), "") << "a recording under way goes on";
-  EXPECT_EQ(watched.select(), "");
-  EXPECT_EQ(watched.folder.files().size(), 2U);
+  expect_files_after_a_frame(2);
   EXPECT_FALSE(watched.good.record(nullptr));
   EXPECT_EQ(watched.record("", false), "");
-  EXPECT_EQ(watched.select(), "");
-  EXPECT_EQ(watched.folder.files().size(), 2U);
+  expect_files_after_a_frame(2);
 }
 
 TEST(Recording, a_folder_that_cannot_be_written_or_has_another_recording_is_said_once_and_changes_no_selection) {
@@ -302,12 +289,21 @@ TEST(Recording, a_folder_that_cannot_be_written_or_has_another_recording_is_said
   EXPECT_EQ(watched.folder.files().size(), 2U);
 }
 
-// What another program has written since is not overwritten, a folder that has vanished is not made again, and a frame
-// that a file has no place for is not squeezed in.
+// What another program has written since is not overwritten, a folder that has vanished is not made again, of a file
+// that does not fit nothing stays, and a frame that a file has no place for is not squeezed in.
 TEST(Recording, a_later_problem_is_said_once_and_ends_the_recording) {
+  rlimit unlimited{};
+  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &unlimited), 0);
+  const auto handler = std::signal(SIGXFSZ, SIG_IGN);  // what is beyond the limit then fails, as on a full disk
   const std::pair<const char*, std::function<void(Watched&)>> problems[] = {
       {"File exists", [](Watched& watched) { std::ofstream(watched.folder / "inner/frame_000001.csv") << "another"; }},
       {"No such file", [](Watched& watched) { std::filesystem::remove_all(watched.folder / "inner"); }},
+      {"File too large",
+       [&](Watched&) {
+         rlimit small = unlimited;
+         small.rlim_cur = 1000;
+         ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &small), 0);
+       }},
       {"a rig with right columns", [](Watched& watched) {
          FeatureKind kind;
          kind.has_rig = true;
@@ -325,6 +321,7 @@ TEST(Recording, a_later_problem_is_said_once_and_ends_the_recording) {
       return text_of(watched.folder / "inner/frame_000000.csv") + text_of(watched.folder / "inner/frame_000001.csv");
     };
     const std::string before = state(), said = watched.select();
+    ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &unlimited), 0);
     EXPECT_NE(said.find(what), std::string::npos) << said;
     EXPECT_NE(said.find("; the recording ends\n"), std::string::npos) << said;
     EXPECT_EQ(std::count(said.begin(), said.end(), '\n'), 1) << said;
@@ -333,41 +330,12 @@ TEST(Recording, a_later_problem_is_said_once_and_ends_the_recording) {
     EXPECT_EQ(state(), before);
     EXPECT_FALSE(std::filesystem::exists(watched.folder / "inner/frame_000002.csv"));
   }
-}
-
-TEST(Recording, of_a_file_that_does_not_fit_nothing_stays) {
-  Watched watched;
-  EXPECT_EQ(watched.record(watched.folder.path(), true), "");
-  rlimit before{};
-  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
-  rlimit small = before;
-  small.rlim_cur = 1000;
-  const auto handler = std::signal(SIGXFSZ, SIG_IGN);  // what is beyond the limit then fails, as on a full disk
-  const std::string folder = watched.folder.path();
-  watched.frame.gather(watched.good);
-  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &small), 0);
-  const Status status =
-      watched.good.select(with_budget(30)).status;  // says it on stderr, whose file may be at its limit
-  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &before), 0);
   std::signal(SIGXFSZ, handler);
-  EXPECT_EQ(status, Status::ok);
-  EXPECT_EQ(watched.good.selection().size, 30U);
-  EXPECT_EQ(watched.folder.files().size(), 0U);
-  EXPECT_EQ(watched.select(), "");
-  EXPECT_EQ(watched.folder.files().size(), 0U) << "the recording has ended";
 }
 
 // The folder gets no file, not even one with a header only; one line a recording says why, the first time.
 TEST(Recording, a_frame_that_is_not_recorded_is_said_once) {
   const PinholeCamera pinhole(458, 457, 367, 248);
-  const auto add = [](GoodFeatures& good, std::size_t n, bool is_measured) {
-    for (std::size_t i = 0; i < n; ++i) {
-      const auto x = static_cast<double>(i % 7);
-      FeatureMatch match(Eigen::Vector3d(0.1 * x, 0, 3 + x));
-      if (is_measured) match.measured[0] = match.measured[1] = 100 + x;
-      good.add(match);
-    }
-  };
   const struct {
     const char* why;
     Camera camera;
@@ -389,7 +357,11 @@ TEST(Recording, a_frame_that_is_not_recorded_is_said_once) {
       ::testing::internal::CaptureStderr();
       for (int frame = 0; frame < 3; ++frame) {
         watched.good.start(of.camera, of.T_cw);
-        add(watched.good, of.matches, of.is_measured);
+        for (std::size_t i = 0; i < of.matches; ++i) {
+          FeatureMatch match(Eigen::Vector3d(0.01 * static_cast<double>(i), 0, 3));
+          if (of.is_measured) match.measured[0] = match.measured[1] = 100;
+          watched.good.add(match);
+        }
         watched.good.select(30);
       }
       return ::testing::internal::GetCapturedStderr();

@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: MIT
-// Sections III and IV of the paper: metrics against brute force, samples against Algorithm 1, tables by hand.
+// Sections III and IV of the paper: metrics against brute force, samples against Algorithm 1, tables by hand. And the
+// benchmarks' baselines, which find what the library finds, so that their times can be compared, in frames whose map
+// has the errors that its covariances say.
 #include "bench/does_the_paper_hold/epsilon.hpp"
 #include "bench/does_the_paper_hold/estimate.hpp"
 #include "bench/does_the_paper_hold/metrics.hpp"
+#include "bench/how_fast/eigen_baselines.hpp"
+#include "bench/how_fast/tracker_frames.hpp"
 #include "bench/world/draws.hpp"
 #include "bench/world/scene.hpp"
 #include "tests/support/oracle.hpp"
@@ -185,24 +189,9 @@ TEST(Metrics, tables_have_root_mean_squares_and_verdicts) {
   EXPECT_STREQ(sim::verdict(sim::mean_of({7})), "open") << "one value has no interval";
 }
 
-// Sample sizes are ceil(n / k ln(1 / epsilon)), and at most the remaining candidates.
-TEST(Epsilon, gains_are_those_of_algorithm_1) {
-  const auto gains_of = [](std::size_t n, double share, double epsilon) {
-    EpsilonOptions options;
-    options.shares = {share};
-    options.epsilons = {epsilon};
-    return run_epsilon(options, n, 0).at(0);
-  };
-  const EpsilonOutcome of_tenth = gains_of(1000, 0.1, 0.1);
-  EXPECT_EQ(of_tenth.gains, 100 * 24) << "10 ln 10 = 23.03";
-  EXPECT_EQ(of_tenth.gains_greedy, 95050) << "1000 + 999 + ... + 901";
-  EXPECT_EQ(gains_of(1000, 0.1, 1).gains, 100) << "one in each round";
-  EXPECT_EQ(gains_of(10, 0.8, 0.005).gains, 4 * 7 + 6 + 5 + 4 + 3)
-      << "1.25 ln 200 = 6.6: 7 of 10, 9, 8 and 7, then all of 6, 5, 4 and 3";
-}
-
-// Draws the frame and selects again; log determinants are those of the indices, in long double.
-TEST(Epsilon, shares_are_those_of_the_selections) {
+// Draws the frame and selects again; log determinants are those of the indices, in long double. Sample sizes of
+// Algorithm 1 are ceil(n / k ln(1 / epsilon)), and at most the remaining candidates.
+TEST(Epsilon, shares_and_gains_are_those_of_the_selections) {
   EpsilonOptions options;
   options.shares = {0.1, 0.5};
   options.epsilons = {0.5, 0.05};
@@ -224,6 +213,11 @@ TEST(Epsilon, shares_are_those_of_the_selections) {
     search.stochastic.seed = seeds.bits();
     const double of_greedy = f(GreedyOracle<double>(blocks, prior).select(search.budget));
     EXPECT_EQ(outcomes[i].k, search.budget);
+    const double k = static_cast<double>(search.budget), sample = std::ceil(-150 / k * std::log(outcomes[i].epsilon));
+    double gains = 0;
+    for (double left = 150; left > 150 - k; --left) gains += std::min(sample, left);
+    EXPECT_EQ(outcomes[i].gains, gains);
+    EXPECT_EQ(outcomes[i].gains_greedy, k * (150 + 151 - k) / 2) << "150 + 149 + ...";
     EXPECT_EQ(outcomes[i].epsilon, search.stochastic.epsilon);
     EXPECT_NEAR(outcomes[i].share_of_greedy, f(select_indices(blocks, search)) / of_greedy, 1e-9);
     EXPECT_GE(outcomes[i].share_of_greedy, 1 - std::exp(-1) - outcomes[i].epsilon) << "the guarantee";
@@ -246,6 +240,63 @@ TEST(Epsilon, the_table_averages_what_it_names) {
             "n = 1000 k = 100,0.5,0.132,0.8000,13.6,7.5,2.5\n"
             "n = 1000 k = 100,0.1,0.532,0.9900,4.0,7.5,1.8\n");
 }
+
+class EigenBaselines : public testing::TestWithParam<bench::Kind> {};
+
+// The library rounds medians to 12 bits, so that a match whose error is next to the limit may be on either side.
+TEST_P(EigenBaselines, find_the_inliers_but_for_ties_and_the_pose_of_the_library) {
+  constexpr std::uint64_t frames = 20;
+  std::size_t with_ties = 0;
+  for (std::uint64_t seed = 1; seed <= frames; ++seed) {
+    SCOPED_TRACE(seed);
+    const bench::TrackerFrame frame(GetParam(), 465, seed);
+    const PinholeCamera& camera = frame.frame.camera;
+    GoodFeatures good(frame.measured.size());
+    good.is_weighted = true;  // of chi2()
+    good.start(camera, frame.T_predicted);
+    for (const FeatureMatch& match : frame.measured) good.add(match);
+    const Alignment found = good.align();
+    ASSERT_TRUE(found.is_aligned());
+    EXPECT_NEAR(found.scale, 1, 0.25) << "errors are as large as deviations and covariances say";
+    good.outliers(good.pose());
+    bench::EigenAligner eigen;
+    ASSERT_TRUE(eigen.align(camera, frame.T_predicted, frame.measured));
+    bool has_ties = false;
+    for (std::size_t i = 0; i < frame.measured.size(); ++i) {
+      if (eigen.is_inlier(i) == good.is_inlier(i)) continue;
+      const double limit = frame.measured[i].u_right >= 0 ? 11.345 : 9.2103;  // 99 % quantiles of chi-squared
+      EXPECT_NEAR(good.chi2(i) / (found.scale * found.scale) / limit, 1, 0.01) << i;
+      has_ties = true;
+    }
+    with_ties += has_ties ? 1 : 0;
+    for (int e = 0; e < 12 && !has_ties; ++e) EXPECT_NEAR(eigen.pose().data()[e], good.pose().data()[e], 1e-6) << e;
+  }
+  EXPECT_LE(with_ties, frames / 4);
+}
+
+// A sample of all candidates is no sample: the answer of stochastic greedy is then greedy's.
+TEST_P(EigenBaselines, select_what_lazy_greedy_selects_and_sample_what_epsilon_asks_for) {
+  BlockStore store;
+  bench::TrackerFrame(GetParam(), 465, 1).build(store);
+  Options options;
+  options.budget = 100;
+  options.prior = bench::common_prior();
+  Selector selector(store.size());
+  const Selection selection = selector.select(store, options);
+  const Indices greedy = indices_of(selection);
+  const auto eigen = bench::make_eigen_selector(store);
+  eigen->lazy_greedy(options.budget);
+  EXPECT_EQ(eigen->indices(), greedy);
+  EXPECT_NEAR(eigen->log_det(), selection.log_det, 1e-9 * std::abs(selection.log_det));
+  eigen->stochastic_greedy(options.budget, 1e-50, 1);  // 4.65 ln(1e50) > 465
+  EXPECT_EQ(eigen->indices(), greedy);
+  eigen->stochastic_greedy(options.budget, 0.1, 1);
+  EXPECT_LT(eigen->log_det(), selection.log_det);
+  EXPECT_GT(eigen->log_det(), selection.log_det - 2);  // nats
+}
+
+INSTANTIATE_TEST_SUITE_P(Kinds, EigenBaselines, testing::ValuesIn(bench::kinds),
+                         [](const auto& kind) { return std::string("of_") + kind.param.name; });
 
 }  // namespace
 }  // namespace maxlogdet::test
