@@ -161,27 +161,6 @@ TEST(Se3, cameras_are_as_far_apart_as_their_centres_and_turned_by_the_angle_betw
   EXPECT_NEAR(sim::camera_angle_deg(a, b), 90, 1e-10);
 }
 
-TEST(Se3, the_nearest_pose_projects_onto_rotations) {
-  TracedRandom random;
-  for (std::size_t i = trials(200); i > 0; --i) {
-    const Pose T = sim::exp_se3(random_xi(random, 2));
-    Eigen::Matrix<double, 3, 4> rows = T.matrix().topRows<3>();
-    for (double& entry : rows.leftCols<3>().reshaped()) entry += random.uniform(-1e-4, 1e-4);
-    const auto pose = sim::nearest_pose(rows);
-    ASSERT_TRUE(pose.has_value());
-    EXPECT_TRUE(pose->linear().isUnitary(1e-14));
-    EXPECT_TRUE(pose->isApprox(T, 1e-3));
-    EXPECT_EQ(pose->translation(), T.translation());
-    const Eigen::Matrix3d stretch = pose->linear().transpose() * rows.leftCols<3>();
-    EXPECT_TRUE(stretch.isApprox(stretch.transpose(), 1e-14)) << "the polar decomposition is the nearest";
-  }
-  Eigen::Matrix<double, 3, 4> rows = Pose::Identity().matrix().topRows<3>();
-  EXPECT_FALSE(sim::nearest_pose(1.001 * rows).has_value());
-  EXPECT_FALSE(sim::nearest_pose(-rows).has_value()) << "a reflection";
-  rows(0, 1) = 1e200;
-  EXPECT_FALSE(sim::nearest_pose(rows).has_value());
-}
-
 class TrajectoryReader : public TextFolder {};
 
 TEST_F(TrajectoryReader, reads_a_folder_in_order_and_names_the_line_that_is_wrong) {

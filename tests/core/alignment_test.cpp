@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // The robust alignment of GoodFeatures: against an oracle in long double, against wrong matches, and wherever it must
 // change nothing.
-#include "tests/support/camera_oracle.hpp"
 #include "tests/core/feature_frame.hpp"
+#include "tests/support/camera_oracle.hpp"
 #include "tests/support/request.hpp"
 
 #include <algorithm>
