@@ -50,7 +50,7 @@ class FrameEvaluator {
     pose_.max_iterations = 20;
     pose_.stereo = frame.camera.depth_cue() != DepthCue::none;
     if (weighs_map()) {
-      whitenings_ = whitenings_of(frame, start_, true, options.map_sigma);
+      whitenings_ = whitenings_of(frame, start_, pose_.stereo, options.map_sigma);
     } else {
       for (const Match& match : frame.matches) whitenings_.push_back(measurement_whitening(frame.camera, match));
     }
