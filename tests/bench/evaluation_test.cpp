@@ -268,8 +268,7 @@ TEST(EvaluationOfFrames, the_unit_of_length_changes_nothing_but_lengths) {
         for (const Frame& frame : frames) {
           scaled.push_back(in_unit(frame, per_metre));
           for (Match& match : scaled.back().matches) {
-            if (kind == FrameKind::monocular && weighting == Weighting::measurement)
-              match.u_right = random.uniform(0, 700);
+            if (kind == FrameKind::monocular) match.u_right = random.uniform(0, 700);
           }
         }
         auto json = to_json(sim::evaluate({scaled}, in_that_unit, 1));
