@@ -50,15 +50,5 @@ TEST_F(Simulate, trackers_follow_a_trajectory) {
   EXPECT_EQ(lines_of("time" + few, "time", true), 1 + 8);
 }
 
-TEST_F(Simulate, refuses_invalid_values) {
-  for (const char* const arguments :
-       {"", "everything", "metrics --runs 0", "metrics --threads -1", "metrics --sizes 4", "metrics --map-bias inf",
-        "epsilon --sizes 5", "euroc --trajectories nowhere", "time --seed x", "metrics --output /dev/null"}) {
-    const Outcome outcome = simulate(arguments);
-    EXPECT_EQ(outcome.exit_code, 2) << arguments;
-    EXPECT_EQ(outcome.err.rfind("maxlogdet_simulate: ", 0), 0U) << outcome.err;
-  }
-}
-
 }  // namespace
 }  // namespace maxlogdet::test

@@ -54,8 +54,6 @@ TEST_P(AnyAdapter, few_candidates_and_after_an_error_all_of_them_continue_and_at
   EXPECT_EQ(continued_with(*world, "deadline_reached").size(), 100U);
   world->hook().options.time_limit = -1;
   EXPECT_EQ(continued_with(*world, "invalid_time_limit").size(), 300U);
-  world->hook().features.block_options.min_depth = -1;
-  EXPECT_EQ(continued_with(*world, "invalid_block_options").size(), 300U);
   world = world_of(300, 100);
   world->lose_pose();
   EXPECT_EQ(continued_with(*world, "invalid_pose").size(), 300U);

@@ -149,13 +149,10 @@ struct MapPoint {
   Position GetWorldPos() { return mWorldPos; }
   std::map<KeyFrame*, Place> GetObservations() { return mObservations; }
   int Observations() { return nObs; }
-  bool isBad() { return false; }
-  void IncreaseFound() { ++mnFound; }
 
   long unsigned int mnId = 0;
   long int mnFirstKFid = -1;
   int nObs = 0;
-  int mnFound = 1;
   std::map<KeyFrame*, Place> mObservations;
   Position mWorldPos;
 };
@@ -196,21 +193,13 @@ class Optimizer {
 
 class Tracking {
  public:
-  /// Simplified: matches are there; the call, and the count of inliers on which tracking depends.
-  bool TrackLocalMap() {
-#include "orb_slam2_hook.inc"
-    mnMatchesInliers = 0;
-    for (std::size_t i = 0; i < mCurrentFrame.mvpMapPoints.size(); ++i) {
-      if (mCurrentFrame.mvpMapPoints[i] == nullptr || mCurrentFrame.mvbOutlier[i]) continue;
-      mCurrentFrame.mvpMapPoints[i]->IncreaseFound();
-      ++mnMatchesInliers;
-    }
-    return mnMatchesInliers >= 30;
-  }
-
   Frame mCurrentFrame;
-  int mnMatchesInliers = 0;
 #include "orb_slam2_member.inc"
+
+  /// Simplified: the call.
+  void TrackLocalMap() {
+#include "orb_slam2_hook.inc"
+  }
 };
 
 // Where the optimiser is given the weights.

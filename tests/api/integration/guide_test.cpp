@@ -36,12 +36,8 @@ void expect_same(const RigidTransform& made, const Eigen::Isometry3d& T, double 
 
 TEST_F(TraitsOfPoses, eigen_poses_of_every_scalar_and_order_are_read_and_expressions_maps_and_blocks) {
   expect_same(T, T);
-  expect_same(Eigen::Isometry3f(T.cast<float>()), T);
-  expect_same(Eigen::Affine3d(T), T);
   expect_same(CompactFloats(T.cast<float>()), T);
   expect_same(Matrix4<4>(T.matrix()), T);
-  expect_same(Matrix4<4, Eigen::RowMajor>(T.matrix()), T);
-  expect_same(Matrix4<3>(T.matrix().topRows<3>()), T);
   expect_same(Matrix4<3, Eigen::RowMajor, float>(T.matrix().topRows<3>().cast<float>()), T);
   expect_same(Eigen::MatrixXd(T.matrix()), T);
   expect_same(Eigen::MatrixXf(T.matrix().topRows<3>().cast<float>()), T);
@@ -52,9 +48,6 @@ TEST_F(TraitsOfPoses, eigen_poses_of_every_scalar_and_order_are_read_and_express
   large.block<4, 4>(2, 3) = matrix;
   expect_same(transposed.transpose(), T);
   expect_same(matrix * Eigen::Matrix4d::Identity(), T);
-  expect_same(0.5 * matrix + 0.5 * matrix, T);
-  expect_same(matrix.topRows<3>(), T);
-  expect_same(large.block<4, 4>(2, 3), T);
   expect_same(large.block(2, 3, 3, 4), T);
   expect_same(Eigen::Map<const Matrix4<4, Eigen::RowMajor>>(transposed.data()), T);
   expect_same(Eigen::Ref<const Eigen::Matrix4d>(matrix), T);
@@ -71,26 +64,16 @@ cv::Mat mat_of(const Eigen::MatrixXd& entries) {
 }
 
 TEST_F(TraitsOfPoses, poses_of_sophus_and_opencv_are_read) {
-  const Sophus::SE3d of_double(T.linear(), T.translation());
-  expect_same(of_double, T);
+  expect_same(Sophus::SE3d(T.linear(), T.translation()), T);
   expect_same(Sophus::SE3f(T.linear().cast<float>(), T.translation().cast<float>()), T);
-  expect_same(of_double * Sophus::SE3d(), T);
   for (const int rows : {3, 4}) {
     const Eigen::MatrixXd entries = T.matrix().topRows(rows);
     expect_same(mat_of<float>(entries), T);
     expect_same(mat_of<double>(entries), T);
     expect_same(cv::MatExpr(mat_of<double>(entries)), T);
   }
-  cv::Mat_<double> typed(3, 4);
-  cv::Matx34d of_doubles;
   cv::Matx44f of_floats;
-  for (int i = 0; i < 16; ++i) {
-    const double entry = T.matrix()(i / 4, i % 4);
-    of_floats.val[i] = static_cast<float>(entry);
-    if (i < 12) typed[i / 4][i % 4] = of_doubles.val[i] = entry;
-  }
-  expect_same(typed, T);
-  expect_same(of_doubles, T);
+  for (int i = 0; i < 16; ++i) of_floats.val[i] = static_cast<float>(T.matrix()(i / 4, i % 4));
   expect_same(of_floats, T);
 }
 
@@ -135,10 +118,8 @@ void expect_back(const Eigen::Isometry3d& T) {
 TEST_F(TraitsOfPoses, a_pose_converts_back_to_every_type) {
   expect_back<Eigen::Isometry3d>(T);
   expect_back<CompactFloats>(T);
-  expect_back<Matrix4<4>>(T);
   expect_back<Matrix4<3, Eigen::RowMajor, float>>(T);
   expect_back<Eigen::MatrixXd>(T);
-  expect_back<Sophus::SE3d>(T);
   expect_back<Sophus::SE3f>(T);
   expect_back<cv::Mat>(T);
   expect_back<cv::Matx34f>(T);
@@ -154,7 +135,6 @@ TEST(Traits, matrices_of_another_size_or_type_are_refused) {
   for (const auto& [rows, columns] :
        {std::pair(0, 0), std::pair(3, 3), std::pair(2, 4), std::pair(5, 4), std::pair(4, 3)}) {
     EXPECT_TRUE(is_refused(Eigen::MatrixXd(Eigen::MatrixXd::Ones(rows, columns))));
-    EXPECT_TRUE(is_refused(cv::Mat(rows, columns, CV_32F)));
     EXPECT_TRUE(is_refused(cv::Mat(rows, columns, CV_64F)));
   }
 }
@@ -163,9 +143,6 @@ TEST(Traits, matrices_of_another_size_or_type_are_refused) {
 struct GlmVec3 {
   float x, y, z;
   float operator[](int i) const { return i == 0 ? x : (i == 1 ? y : z); }
-};
-struct Integers {
-  int x, y, z;
 };
 
 void expect_123(const WorldPoint& p, const Pixel& uv) {
@@ -184,11 +161,8 @@ TEST(Traits, points_are_read_by_members_or_indices) {
   const double array[3] = {1, 2, 3};
   expect_123(p);
   expect_123(Eigen::Vector3f(p.cast<float>()));
-  expect_123(Eigen::RowVector3d(p.transpose()));
   expect_123(Eigen::VectorXd(p));
-  expect_123(Eigen::Map<const Eigen::Vector3d>(array));
   expect_123(Eigen::Matrix3d::Identity() * p);
-  expect_123(2 * p - p);
   expect_123(Eigen::Vector4d(1, 2, 3, 1));
   expect_123(array);
   expect_123(&array[0]);
@@ -196,11 +170,8 @@ TEST(Traits, points_are_read_by_members_or_indices) {
   expect_123(std::vector<double>{1, 2, 3});
   expect_123(GlmVec3{1, 2, 3});
   expect_123(own::Point{p}, p.head<2>());
-  expect_123(Integers{1, 2, 3});
   expect_123(cv::Point3d{1, 2, 3});
-  expect_123(cv::Vec3d(1, 2, 3));
   expect_123(p, cv::Point2f{1, 2});
-  expect_123(p, Eigen::Vector2f(1, 2));
 }
 
 TEST(Traits, opencv_matrices_are_points_if_they_are_a_row_or_a_column_of_the_length) {
@@ -249,34 +220,26 @@ static_assert(CanSelect<Selector&>::value && !CanSelect<Selector>::value, "Selec
 
 // A monocular frame, of whose matches every seventh is wrong.
 struct GuideFrame {
-  GuideFrame(Random& random, std::size_t n) : T_cw(random_pose(random, 2, 0.9)) {
+  GuideFrame(Random& random, std::size_t n) : T_cw(random_pose(random, 2, 0.9)), good(n) {
+    const PinholeCamera camera(458, 457, 367, 248, 50);
+    good.start(camera, T_cw);
     for (std::size_t i = 0; i < n; ++i) {
-      const Eigen::Vector3d p_c = random_point_in_camera(random);
-      points.emplace_back(T_cw.inverse() * p_c);
-      const double u = camera.fx * p_c.x() / p_c.z() + camera.cx;
-      pixels.emplace_back(u + (i % 7 == 0 ? 10 : 0), camera.fy * p_c.y() / p_c.z() + camera.cy);
+      const Eigen::Vector3d p_c = random_point_in_camera(random), point = T_cw.inverse() * p_c;
+      const double u = camera.fx * p_c.x() / p_c.z() + camera.cx, v = camera.fy * p_c.y() / p_c.z() + camera.cy;
+      FeatureMatch match(point, Eigen::Vector2d(u + (i % 7 == 0 ? 10 : 0), v));
+      match.id = static_cast<std::uint32_t>(2 * i);
+      good.add(match);
     }
   }
-  void add_to(GoodFeatures& good) const {
-    for (std::size_t i = 0; i < points.size(); ++i) good.add(points[i], pixels[i]);
-  }
 
-  PinholeCamera camera = {458, 457, 367, 248, 50};
   Pose T_cw;
-  std::vector<Eigen::Vector3d> points;
-  std::vector<Eigen::Vector2d> pixels;
+  GoodFeatures good;
 };
 
 TEST(FrameGuide, outliers_are_marked_in_the_trackers_own_slots) {
   TracedRandom random;
-  const GuideFrame frame(random, 300);
-  GoodFeatures good(300);
-  good.start(frame.camera, frame.T_cw);
-  for (std::size_t i = 0; i < 300; ++i) {
-    FeatureMatch match(frame.points[i], frame.pixels[i]);
-    match.id = static_cast<std::uint32_t>(2 * i);
-    good.add(match);
-  }
+  GuideFrame frame(random, 300);
+  GoodFeatures& good = frame.good;
   good.select(100);
   good.outliers(frame.T_cw);
   std::vector<guide::Slot> slots(600);
@@ -336,13 +299,10 @@ TEST(FrameGuide, covariances_are_those_of_the_observations) {
 
 TEST(OptionsGuide, groups_hold_and_the_budget_is_full_whatever_the_time) {
   TracedRandom random;
-  const GuideFrame frame(random, 900);
+  GuideFrame frame(random, 900);
   std::vector<std::uint32_t> keyframes(900);
   for (std::uint32_t i = 0; i < 900; ++i) keyframes[i] = i % 60;
-  GoodFeatures good(1000);
-  good.start(frame.camera, frame.T_cw);
-  frame.add_to(good);
-  const Selection selection = guide::select_by_options(good, keyframes, 60);
+  const Selection selection = guide::select_by_options(frame.good, keyframes, 60);
   EXPECT_TRUE(selection.status == Status::target_reached || selection.size == 400U);
   EXPECT_GT(selection.certified_efficiency(), 0);
   std::vector<int> of_keyframe(60);

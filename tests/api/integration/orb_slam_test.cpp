@@ -339,8 +339,7 @@ struct SlamNames {
 };
 TYPED_TEST_SUITE(OrbSlamAdapter, Slams, SlamNames);
 
-// The guess at which the frame was selected would make all matches outliers. ORB-SLAM2's tracking counts all inliers,
-// not only the selected.
+// The guess at which the frame was selected would make all matches outliers.
 TYPED_TEST(OrbSlamAdapter, matches_come_back_with_flags_by_the_frames_own_cameras_at_the_new_pose) {
   using World = OrbWorld<TypeParam>;
   for (const Sensor sensor : {Sensor::monocular, Sensor::stereo, Sensor::fisheye, Sensor::rig}) {
@@ -351,14 +350,8 @@ TYPED_TEST(OrbSlamAdapter, matches_come_back_with_flags_by_the_frames_own_camera
       if constexpr (World::is_slam3) world.tracking.is_inertial = is_inertial;
       const std::set<std::size_t> optimised = world.run();
       EXPECT_EQ(optimised.size(), 200U);
-      int found = 0;
       for (std::size_t i = 0; i < 400; ++i) {
         EXPECT_EQ(world.is_outlier(i), world.is_wrong(i) && optimised.count(i) == 0) << i;
-        found += world.point(i).mnFound - 1;
-      }
-      if constexpr (!World::is_slam3) {
-        EXPECT_EQ(found, world.tracking.mnMatchesInliers);
-        EXPECT_GT(found, 300);
       }
     }
   }
@@ -378,9 +371,6 @@ TYPED_TEST(OrbSlamAdapter, alignment_alone_sets_the_pose_and_flags_the_wrong_mat
   for (std::size_t i = 0; i < 300; ++i) EXPECT_EQ(world.is_outlier(i), world.is_wrong(i)) << i;
   typename OrbWorld<TypeParam>::Adapter small(100, 200);
   EXPECT_EQ(small.align(world.frame), 160) << "of the first 200";
-  small.features.block_options.min_depth = -1;
-  EXPECT_EQ(small.align(world.frame), 0);
-  EXPECT_STREQ(small.cost().status, "invalid_block_options");
   world.lose_pose();
   EXPECT_EQ(world.good.align(world.frame), 0);
   EXPECT_STREQ(world.good.cost().status, "invalid_pose");

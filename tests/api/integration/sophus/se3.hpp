@@ -20,10 +20,6 @@ class SE3 {
       : SE3(Matrix3(rotation.toRotationMatrix()), translation) {}
 
   Eigen::Matrix<Scalar, 3, 4> matrix3x4() const { return matrix_; }
-  SE3 operator*(const SE3& other) const {
-    const Matrix3 rotation = matrix_.template leftCols<3>();
-    return SE3(rotation * other.matrix_.template leftCols<3>(), rotation * other.matrix_.col(3) + matrix_.col(3));
-  }
 
  private:
   Eigen::Matrix<Scalar, 3, 4> matrix_;
