@@ -9,7 +9,6 @@
 #include "tests/support/support.hpp"
 
 #include <numeric>
-#include <set>
 
 namespace maxlogdet::test {
 namespace {
@@ -134,17 +133,10 @@ TEST(EvaluationOfFrames, leaves_out_and_counts_those_without_a_pose) {
   EXPECT_EQ(numbers_of(after), numbers_of(before));
 }
 
-TEST(EvaluationOfFrames, has_the_selectors_that_all_of_them_allow) {
+TEST(EvaluationOfFrames, has_own_selections_that_all_of_them_have) {
   TracedRandom random;
   std::vector<Frame> frames = recording(random, FrameKind::stereo, 4, 60);
-  const auto has_own = [&] {
-    std::set<std::string> names;
-    for (const EvaluationRow& row : sim::evaluate({frames}, small_options(), 1).rows) names.insert(row.selector);
-    const bool has_it = names.erase("own") > 0;
-    EXPECT_EQ(names, (std::set<std::string>{"md", "md_spread", "md_ungated", "random_gated", "random", "bucket_gated",
-                                            "aligned"}));
-    return has_it;
-  };
+  const auto has_own = [&] { return sim::evaluate({frames}, small_options(), 1).row("own", 0) != nullptr; };
   for (std::size_t i = 0; i < 3; ++i) frames[i].has_selection = true;
   EXPECT_FALSE(has_own()) << "the last frame has no selection";
   frames[3].has_selection = true;
@@ -320,10 +312,6 @@ TEST(Resampling, intervals_lie_between_linear_quantiles_if_these_are_known) {
   EXPECT_NEAR(sim::percentile_interval(values).high, 975, 1e-9);
   EXPECT_TRUE(std::isnan(sim::percentile_interval({}).low));
   EXPECT_TRUE(std::isnan(sim::percentile_interval({1, nan, 2}).high));
-  std::vector<double> some_infinite(1000, 1.0);
-  std::fill_n(some_infinite.begin(), 100, infinity);
-  EXPECT_EQ(sim::percentile_interval(some_infinite).low, 1);
-  EXPECT_EQ(sim::percentile_interval(some_infinite).high, infinity);
 }
 
 }  // namespace

