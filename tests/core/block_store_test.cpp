@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Stores of blocks against a model that is a list of blocks, after any change; batches of matches, some of them broken,
-// by every instruction set and one by one; and answers from a store with empty slots against one without. That the
-// equations of blocks are right is shown by blocks_test.cpp.
+// by every instruction set and one by one. That the equations of blocks are right is shown by blocks_test.cpp.
 #include "kernel/blocks/block_planes.hpp"
 #include "tests/core/feature_frame.hpp"
 #include "tests/support/request.hpp"
@@ -296,40 +295,6 @@ TEST(EigenAdapter, takes_blocks_of_any_scalar_and_storage_order) {
     push_back(blocks, Eigen::MatrixXd::Zero(rows, columns).eval());
   }
   EXPECT_EQ(blocks.invalid_count(), 3U);
-}
-
-// Every strategy's: a store without candidates gives ok, one whose candidates are all invalid all_selected.
-TEST(EmptySlots, answers_are_those_of_a_store_without_them) {
-  for_each_trial(400, [](Random& random) {
-    const BlockStore dense = awkward_blocks(random, random.index(150));
-    const double share = random.uniform(0.02, 0.9);
-    BlockStore whole;
-    std::vector<std::size_t> kept;
-    for (std::size_t i = 0; i <= dense.size(); ++i) {
-      while (random.chance(share)) push_back_hole(random, whole);
-      if (i == dense.size()) break;
-      kept.push_back(whole.size());
-      push_back(whole, stored_block(dense, i));
-    }
-    Request request;
-    if (random.chance(0.5)) request.set_prior(random_prior(random));
-    request.plain.budget = random.index(dense.size() + 3);
-    request.plain.stochastic.seed = random.seed();
-    request.plain.stochastic.epsilon = random.uniform(0.01, 0.9);
-    request.plain.certificate = random.chance(0.5);
-    for (const Strategy strategy : strategies) {
-      SCOPED_TRACE(to_string(strategy));
-      Answer expected = answer_to(dense, request.options(strategy));
-      const Answer actual = answer_to(whole, request.options(strategy));
-      const bool is_empty = dense.size() == 0 && request.plain.budget > 0 && whole.size() > 0;
-      for (std::uint32_t& i : expected.indices) i = static_cast<std::uint32_t>(kept[i]);
-      EXPECT_EQ(actual.status, is_empty ? Status::all_selected : expected.status);
-      EXPECT_EQ(actual.indices, expected.indices);
-      EXPECT_EQ(actual.numbers, expected.numbers);
-      EXPECT_EQ(actual.evaluations, expected.evaluations);
-      EXPECT_EQ(actual.float64_decisions, expected.float64_decisions);
-    }
-  });
 }
 
 }  // namespace

@@ -178,21 +178,6 @@ TEST(Target, is_right_well_within_the_proven_error_of_the_factor_on_ill_conditio
   targets.expect_conclusive(0.1);
 }
 
-// A direction that a single block observes, so weakly that a sum keeps no digits of it: the efficiency is right
-// nevertheless.
-TEST(Target, needs_no_digits_of_a_sum) {
-  TracedRandom random;
-  const BlockStore blocks = store_of(501, [&](std::size_t i) {
-    Block block = random_block(random, i == 500 ? 1 : 2, 1e5);  // 1e10 in a sum of 1e12, against 1e-5 of the prior
-    if (i == 500) block.setZero();
-    block.col(5).setConstant(i == 500 ? 1e-2 : 0);  // ten times the prior
-    return block;
-  });
-  Problem problem = problem_of(blocks, 501);
-  problem.set_prior(weak_information());
-  Targets().expect_drawn_hold(random, problem, 1e-7L, 40);
-}
-
 // Rows of one entry each, in turn along every axis.
 Problem rows_along_axes(double entry, double prior) {
   Problem problem = problem_of(store_of(60,

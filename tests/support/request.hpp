@@ -28,10 +28,6 @@ BlockStore store_of(std::size_t n, const Make& make) {
   return blocks;
 }
 
-inline BlockStore store_of(const std::vector<Block>& blocks) {
-  return store_of(blocks.size(), [&](std::size_t i) { return blocks[i]; });
-}
-
 inline BlockStore copies_of(const Block& block, std::size_t n) {
   return store_of(n, [&](std::size_t) { return block; });
 }

@@ -144,10 +144,6 @@ Eigen::MatrixXd cholesky(const Eigen::MatrixXd& s) {
   return factor.matrixL();
 }
 
-Eigen::MatrixXd solve_lower(const Eigen::MatrixXd& l, const Eigen::MatrixXd& b) {
-  return l.triangularView<Eigen::Lower>().solve(b);
-}
-
 double log_det(const Eigen::MatrixXd& s) { return 2 * cholesky(s).diagonal().array().log().sum(); }
 
 Eigen::MatrixXd orthogonal_factor(const Eigen::MatrixXd& a) { return a.colPivHouseholderQr().householderQ(); }

@@ -213,9 +213,6 @@ WideMatrix wide_inverse(const WideMatrix& a);
 /// L, lower triangular, of a symmetric positive definite S = L L^T; not finite where S is not.
 Eigen::MatrixXd cholesky(const Eigen::MatrixXd& s);
 
-/// L^-1 B for a lower triangular L.
-Eigen::MatrixXd solve_lower(const Eigen::MatrixXd& l, const Eigen::MatrixXd& b);
-
 /// |A - B| / |B|, Frobenius.
 inline double relative_difference(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
   return (a - b).norm() / b.norm();
