@@ -101,6 +101,35 @@ TEST(GoodFeatures, the_information_of_a_match_is_that_of_its_block) {
   EXPECT_FALSE(match_information(good, 0, omega)) << "a rig without cameras";
 }
 
+// A frame that mixes both cues is an error, but each match keeps its own: both exact or off by `off` deviations. Before
+// select() nothing is selected, and all are judged.
+TEST(GoodFeatures, of_mixed_cues_selects_all_and_weighs_and_judges_each_match_by_its_own) {
+  GoodFeatures good(2);
+  for (const bool is_weighted : {false, true}) {
+    for (const double off : {0.0, 1.0, 5.0}) {
+      for (const std::size_t with_depth : {0U, 1U}) {
+        good.is_weighted = is_weighted;
+        good.start(Camera(458, 457, 367, 248, 40), RigidTransform::identity());
+        FeatureMatch matches[2];
+        for (FeatureMatch& match : matches) match = {Eigen::Vector3d(0, 0, 3), Eigen::Vector2d(367, 248), 2};
+        matches[with_depth].depth = 3 + off * BlockOptions().depth_sigma;
+        matches[1 - with_depth].u_right = 367 - 40 / 3.0 + off * 2;
+        for (const FeatureMatch& match : matches) good.add(match);
+        EXPECT_EQ(good.outliers(RigidTransform::identity()).size(), off > 3 ? 2U : 0U);
+        for (std::size_t i = 0; i < 2; ++i) {
+          EXPECT_NEAR(good.chi2(i), off * off, 1e-9) << i;
+          double omega[9] = {};
+          ASSERT_TRUE(match_information(good, i, omega)) << i;
+          EXPECT_NEAR(omega[0], 0.25, 1e-12);
+          EXPECT_NEAR(omega[8], i == with_depth ? 1 / (0.05 * 0.05) : 0.25, 1e-9) << i;
+        }
+        EXPECT_EQ(good.select(1).error, Error::mixed_depth_cues);
+        EXPECT_EQ(good.selection().size, 2U);
+      }
+    }
+  }
+}
+
 TEST(GoodFeatures, judges_anew_whom_it_selects_after_all_and_nobody_without_a_pose) {
   Gathered it(200);
   ASSERT_EQ(it.good.select(50).status, Status::ok);

@@ -432,6 +432,14 @@ TEST_F(Evaluate, refuses_frames_that_it_cannot_read_and_folders_that_it_cannot_w
   }
 }
 
+TEST_F(Evaluate, warns_about_columns_that_may_be_misspelt) {
+  write_recording("frames", 3);
+  const Outcome outcome = run_script("sed -i s/desc_dist/distance/ frames/*.csv\n" MAXLOGDET_PROGRAM
+                                     " evaluate frames --budgets 30 --repeats 1 >out.txt 2>err.txt");
+  EXPECT_EQ(outcome.exit_code, 0);
+  EXPECT_EQ(outcome.err, "maxlogdet: frame_000000: ignores the columns distance\n") << "once for a recording";
+}
+
 class RealFrames : public Evaluate {};
 
 // With wrong ones among them, as a prototype in numpy has counted them (in percent): all, the 30 that Max-logDet
