@@ -101,13 +101,14 @@ TextFile::TextFile(std::string file, const std::string& what) : file_(std::move(
 // Returns whether there was one.
 bool TextFile::read_line() {
   line_.clear();
+  ++line_number_;
   char byte = 0;
   while (byte != '\n' && stream_.get(byte)) {
     if (++size_ > largest_file) fail("a file of at most 256 MiB");
     line_ += byte;
     if (line_.size() > longest_line) fail("a line of at most 65536 bytes");
   }
-  line_number_ += line_.empty() ? 0 : 1;
+  if (line_.empty()) --line_number_;
   return !line_.empty();
 }
 
