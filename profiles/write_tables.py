@@ -18,10 +18,10 @@ RECORDS = ROOT / "profiles"
 
 def plain_name(symbol):
     """The name of a function without its namespace, template arguments, arguments and type."""
-    symbol = symbol.replace("(anonymous namespace)", "").replace("operator()", "call")
+    symbol = symbol.replace("(anonymous namespace)::", "").replace("operator()", "call")
     while "<" in symbol and (shorter := re.sub(r"<[^<>]*>", "", symbol)) != symbol:
         symbol = shorter
-    return symbol.split("(")[0].split()[-1].removeprefix("::").removeprefix("maxlogdet::")
+    return symbol.split("(")[0].split()[-1].removeprefix("maxlogdet::")
 
 
 def strategies_of(record, function):
@@ -76,7 +76,7 @@ def main():
         sys.exit(__doc__)
     for name in names:
         rewrite(PAGE, name, TABLES[name]())
-    stamp(PAGE, "profiles")
+        stamp(PAGE, f"profiles {name}")
 
 
 if __name__ == "__main__":
