@@ -315,6 +315,7 @@ TEST_F(FrameReader, names_what_it_expected_of_rows_and_headers) {
   const Lines good = {pinhole, prior, all, row + ",63,1,1,0,5"};
   EXPECT_EQ(read(good).matches[0].octave, 63);
   expect_errors(good, {{4, row, "11 fields as in the header, not 6"},
+                       {4, row + ",63,1,1,0,5,7", "11 fields as in the header, not 12"},
                        {4, row + ",64,1,1,0,5", "an octave from 0 to 63"},
                        {4, row + ",0,0,1,0,5", "a positive inv_sigma2"},
                        {4, row + ",0,1,yes,0,5", "0 or 1 for selected, not 'yes'"},

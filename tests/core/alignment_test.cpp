@@ -8,8 +8,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <functional>
-#include <utility>
 #include <vector>
 
 namespace maxlogdet::test {
@@ -290,6 +288,25 @@ TEST(Alignment, has_the_same_bits_on_every_isa_and_with_denormals_flushed) {
     const FlushedDenormals flushed;
     EXPECT_EQ(bits(), expected);
   });
+}
+
+// Whatever unit the deviations have; a power of two changes no digit.
+TEST(Alignment, does_not_depend_on_a_common_factor_of_the_sigmas) {
+  TracedRandom random;
+  Scene scene(random, 300, FeatureKind());
+  scene.spoil(random, 0.15);
+  GoodFeatures good(300), scaled(300);
+  scene.frame.gather(good);
+  ASSERT_TRUE(good.align().is_aligned());
+  for (const double factor : {0x1p-20, 0.25, 16.0, 0x1p20}) {
+    for (FeatureMatch& match : scene.frame.matches) match.sigma *= factor;
+    scene.frame.gather(scaled);
+    ASSERT_TRUE(scaled.align().is_aligned()) << factor;
+    EXPECT_EQ(pose_of(scaled).matrix(), pose_of(good).matrix());
+    EXPECT_EQ(scaled.alignment().inliers, good.alignment().inliers);
+    EXPECT_EQ(scaled.alignment().scale, good.alignment().scale / factor);
+    for (FeatureMatch& match : scene.frame.matches) match.sigma /= factor;
+  }
 }
 
 // Of the precision of float64 and of float32.

@@ -130,6 +130,14 @@ TEST(GoodFeatures, of_mixed_cues_selects_all_and_weighs_and_judges_each_match_by
   }
 }
 
+TEST(GoodFeatures, takes_sigmas_from_1e_15_to_1e15) {
+  GoodFeatures good(4);
+  good.start(Camera(458, 457, 367, 248), RigidTransform::identity());
+  const Eigen::Vector2d centre(367, 248);
+  for (const double sigma : {0.9e-15, 1.1e-15, 0.9e15, 1.1e15}) good.add(Eigen::Vector3d(0, 0, 3), centre, sigma);
+  EXPECT_EQ(indices_of(good.select(4)), (std::vector<std::uint32_t>{1, 2}));
+}
+
 TEST(GoodFeatures, judges_anew_whom_it_selects_after_all_and_nobody_without_a_pose) {
   Gathered it(200);
   ASSERT_EQ(it.good.select(50).status, Status::ok);
@@ -260,7 +268,8 @@ TEST(Warnings, name_cues_that_contradict_u_and_v) {
       {DepthCue::stereo,
        [](FeatureMatch& match) { match.u_right = std::fmax(2 * match.measured[0] - match.u_right, 0); }},
       {DepthCue::depth, [](FeatureMatch& match) { match.depth *= 1000; }},  // mm
-      {DepthCue::depth, [](FeatureMatch& match) { match.depth = 65.535; }}};
+      {DepthCue::depth, [](FeatureMatch& match) { match.depth = 65.535; }},
+      {DepthCue::depth, [](FeatureMatch& match) { match.depth /= 5; }}};
   for (const auto& [cue, spoil] : spoilt) {
     for_each_trial(20, [cue = cue, spoil = spoil](Random& random) {
       Scene scene = scene_with(random, cue);
@@ -312,15 +321,18 @@ TEST(Warnings, follow_neither_from_some_wrong_cues_nor_from_coarse_ones) {
   });
 }
 
-// The image of an object may be small.
+// The image of an object may be small, and a camera of a rig see few matches.
 TEST(Warnings, are_none_where_pixels_are_near_each_other) {
   for_each_trial(20, [](Random& random) {
     GoodFeatures good(60);
-    good.start(Camera(458, 457, 367, 248), rows_of(random_isometry(random, 0.02, 0.01)));
-    for (int i = 0; i < 60; ++i) {
+    const std::vector<Camera> cameras(20, Camera(458, 457, 367, 248));
+    good.start(cameras.data(), cameras.size(), rows_of(random_isometry(random, 0.02, 0.01)));
+    for (std::uint8_t i = 0; i < 60; ++i) {
       const Eigen::Vector3d p = Eigen::Vector3d(0, 0, 4) + 0.1 * random_vector(random, 1);
-      good.add(p, Eigen::Vector2d(367 + 458 * p.x() / p.z() + 0.5 * normal(random),
-                                  248 + 457 * p.y() / p.z() + 0.5 * normal(random)));
+      FeatureMatch match(p, Eigen::Vector2d(367 + 458 * p.x() / p.z() + 0.5 * normal(random),
+                                            248 + 457 * p.y() / p.z() + 0.5 * normal(random)));
+      match.camera_id = i % 20;
+      good.add(match);
     }
     EXPECT_EQ(good.select(10).warning, Warning::none) << "an object of 20 px";
   });

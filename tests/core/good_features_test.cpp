@@ -15,7 +15,6 @@
 #include <map>
 #include <new>
 #include <set>
-#include <string>
 #include <utility>
 #include <vector>
 

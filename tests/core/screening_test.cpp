@@ -10,7 +10,6 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace maxlogdet::test {
 namespace {
@@ -248,12 +247,38 @@ BlockStore factored_blocks(Random& random, std::size_t n) {
   return blocks;
 }
 
+// The largest entries of |A| [ I | |[X]x| ] in each column.
+void expect_maxima_of_factors(const Candidates& candidates) {
+  double expected[6] = {};
+  for (std::size_t i = 0; i < candidates.count; ++i) {
+    double e[9];  // A by rows, X
+    for (std::size_t k = 0; k < 9; ++k) {
+      const float* const plane = candidates.planes.data + simd::plane_of(simd::factored, k) * candidates.planes.stride;
+      e[k] = std::abs(double{plane[i]});
+    }
+    Eigen::Matrix3d A, X;
+    A << e[0], e[1], e[2], 0, e[3], e[4], 0, 0, e[5];
+    X << 0, e[8], e[7], e[8], 0, e[6], e[7], e[6], 0;
+    const Eigen::Matrix3d product = A * X;
+    for (int column = 0; column < 3; ++column) {
+      expected[column] = std::max(expected[column], A.col(column).maxCoeff());
+      expected[3 + column] = std::max(expected[3 + column], product.col(column).maxCoeff());
+    }
+  }
+  for (int column = 0; column < 6; ++column) {
+    EXPECT_GE(candidates.largest_of_form[column], expected[column] * (1 - 1e-12)) << column;
+    EXPECT_LE(candidates.largest_of_form[column], expected[column] * (1 + 3e-6) + 1e-37) << column;
+  }
+}
+
 TEST(Screening, holds_on_factored_blocks_of_every_scale) {
   std::size_t factored = 0;
   for_each_trial(600, [&](Random& random) {
     const BlockStore blocks = factored_blocks(random, 1 + random.index(60));
     if (blocks.stored() == 0) return;
-    factored += all_of(blocks, *simd::active()).form == simd::factored ? 1 : 0;
+    const Candidates candidates = all_of(blocks, *simd::active());
+    factored += candidates.form == simd::factored ? 1 : 0;
+    if (candidates.form == simd::factored) expect_maxima_of_factors(candidates);
     const Matrix6 some_prior = std::pow(10.0, random.uniform(-12, 20)) * random_prior(random);
     const Matrix6 prior = random.chance(0.5) ? some_prior : weak_information();
     expect_screening_holds(blocks, prior, 10);

@@ -6,7 +6,6 @@
 #include <oneapi/tbb/task_arena.h>
 #include <maxlogdet/tbb.hpp>
 
-#include <algorithm>
 #include <atomic>
 #include <thread>
 

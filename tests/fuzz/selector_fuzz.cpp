@@ -16,7 +16,6 @@
 #include <cstdint>
 #include <iostream>
 #include <iterator>
-#include <limits>
 #include <numeric>
 #include <vector>
 

@@ -6,7 +6,6 @@
 #include "tests/api/integration/adapter_world.hpp"
 #include "tests/support/camera_oracle.hpp"
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -171,6 +170,8 @@ TEST(Traits, points_are_read_by_members_or_indices) {
   expect_123(GlmVec3{1, 2, 3});
   expect_123(own::Point{p}, p.head<2>());
   expect_123(cv::Point3d{1, 2, 3});
+  expect_123(cv::Vec3d(1, 2, 3));
+  expect_123(cv::Point3i{1, 2, 3});
   expect_123(p, cv::Point2f{1, 2});
 }
 
