@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Rewrites the tables of what was measured, in README.md, docs/performance.md, docs/threading.md and docs/maintenance.md;
-the last one also needs the record of profiles/run.
+"""Rewrites the tables of what was measured, in README.md, docs/performance.md, docs/threading.md and, which also needs
+the record of profiles/run, in docs/maintenance.md.
 
 Usage: write_pages.py BENCH.json
 """
@@ -92,10 +92,10 @@ def tracker_latency(results):
     return [
         *paragraph(
             "The library aligns 465 matches of a simulated frame, of which 12 % are wrong, and selects 100. *Hot*",
-            "calls follow other calls. Before a *cold* call, other work has filled the caches, as in a tracker. Plan",
-            "with the cold rows ([details](docs/performance.md#alignment)). *Eigen* is the same alignment, and lazy greedy",
-            "among all 465 matches, which we wrote with Eigen. Computing the Jacobians of the selection is in the times of",
-            "maxlogdet, and not in those of Eigen. The covariances of map points are given, and computing them is in neither.",
+            "calls follow other calls. Before a *cold* call, other work has filled the caches, as in a tracker. Plan with",
+            "the cold rows ([details](docs/performance.md#alignment)). *Eigen* is the same alignment, and lazy greedy",
+            "among all 465 matches, which we wrote with Eigen. Computing the Jacobians of the selection is in the times",
+            "of maxlogdet, not in those of Eigen. Map covariances are given, and computing them is in neither.",
         ),
         "",
         *table(["matches", "caches", "maxlogdet, median, µs", "maxlogdet, 99th percentile, µs",
@@ -159,7 +159,7 @@ def crossover(results):
         *table(["n", *(f"`{name}` (ratio)" for name in methods)],
                ([n, *(times(gain(method, n)) for method in methods)] for n in sorted({row["n"] for row in found}, key=int))),
         "",
-        *paragraph(f"Up to 5000 candidates, `threads = 0` takes at most {max(costs):.2f} times as long as `threads = 1`."),
+        *paragraph(f"Up to 5000 candidates, `threads = 0` takes at most {max(costs):.2f} times as long as one thread."),
     ]  # fmt: skip
 
 

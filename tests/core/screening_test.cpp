@@ -292,18 +292,14 @@ TEST(Screening, holds_on_factored_blocks_of_every_scale) {
 TEST(Screening, leaves_few_for_float64_on_ordinary_frames) {
   Sample sample(3);
   for (const sim::Scene scene : {sim::Scene::euroc_like, sim::Scene::kitti_like, sim::Scene::far_narrow}) {
-    for (const BlockKind& kind : block_kinds) {
-      if (!sample.takes_next()) continue;
-      const sim::Frame frame = make_scene(scene, 2000, Random().seed());
-      SCOPED_TRACE(frame.name + " " + kind.name);
-      const BlockStore blocks = blocks_of(frame, kind);
+    for_every_kind(make_scene(scene, 2000, Random().seed()), sample, [](const BlockStore& blocks) {
       for (const Strategy strategy : sim::strategies) {
         const Options options = with_budget(100, strategy);
         Selector selector(2000);
         const Selection selection = selector.select(blocks, options);
         EXPECT_LE(selection.float64_decisions, 8U * selection.size) << to_string(strategy);
       }
-    }
+    });
   }
 }
 

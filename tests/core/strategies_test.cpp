@@ -129,7 +129,7 @@ TEST(LazyGreedy, equals_greedy_on_2000_candidates_and_evaluates_less) {
 TEST(RealFrames, greedy_gives_away_nothing_in_any_round) {
   if (data_folder().empty()) GTEST_SKIP() << no_real_frames;
   std::size_t frame = 0;
-  for_real_frames(1, [&](const BlockStore& blocks) {
+  for_real_frames([&](const BlockStore& blocks) {
     const Problem problem = problem_of(blocks, 60);
     expect_lazy_greedy_equals_greedy(problem);
     if (frame++ % 7 != 0) return;  // the oracle takes a tenth of a second

@@ -159,35 +159,32 @@ class Sample {
   std::uint64_t next_ = Random().seed() % step_;
 };
 
-/// Calls body(blocks) with n candidates of every scene and every kind of block, under a trace that names them.
+/// Calls body(blocks) with every kind of block of a frame that the sample takes, under a trace that names them.
 template <class Body>
-void for_every_family(std::size_t n, const Body& body) {
-  Sample sample(4);
-  for (const sim::Scene scene : sim::scenes) {
-    for (const BlockKind& kind : block_kinds) {
-      if (!sample.takes_next()) continue;
-      const sim::Frame frame = make_scene(scene, n, Random().seed());
-      SCOPED_TRACE(frame.name + " " + kind.name);
-      body(blocks_of(frame, kind));
-    }
+void for_every_kind(const sim::Frame& frame, Sample& sample, const Body& body) {
+  for (const BlockKind& kind : block_kinds) {
+    if (!sample.takes_next()) continue;
+    SCOPED_TRACE(frame.name + " " + kind.name);
+    body(blocks_of(frame, kind));
   }
 }
 
-/// As for_every_family with every `every`-th real frame; data_folder() must not be empty.
+/// The same with n candidates of every scene.
+template <class Body>
+void for_every_family(std::size_t n, const Body& body) {
+  Sample sample(4);
+  for (const sim::Scene scene : sim::scenes) for_every_kind(make_scene(scene, n, Random().seed()), sample, body);
+}
+
 constexpr char no_real_frames[] = "no real frames here; MAXLOGDET_DATA names their folder";
+/// data_folder() must not be empty.
 std::vector<sim::Frame> real_frames();
 
+/// The same with every real frame.
 template <class Body>
-void for_real_frames(std::size_t every, const Body& body) {
+void for_real_frames(const Body& body) {
   Sample sample(20);
-  const std::vector<sim::Frame> frames = real_frames();
-  for (std::size_t i = 0; i < frames.size(); i += every) {
-    for (const BlockKind& kind : block_kinds) {
-      if (!sample.takes_next()) continue;
-      SCOPED_TRACE(frames[i].name + " " + kind.name);
-      body(blocks_of(frames[i], kind));
-    }
-  }
+  for (const sim::Frame& frame : real_frames()) for_every_kind(frame, sample, body);
 }
 
 // The linear algebra of oracles, compiled once: a test that instantiates a decomposition or a large product itself
