@@ -28,7 +28,7 @@ struct EvaluateArguments {
   std::vector<std::size_t> budgets = sim::EvaluationOptions().budgets;
   std::size_t repeats = sim::EvaluationOptions().repeats;
   double map_sigma = BlockOptions().map_sigma;
-  std::string weighting;  // empty: by the frames
+  bool ignores_covariances = false;
   std::string seed = "0";
   std::string output;  // empty: none
   int threads = 0;
@@ -51,12 +51,12 @@ void EvaluateArguments::add_to(CLI::App& command) {
   command.add_option("--repeats", repeats, "Draws of random and bucket in every frame")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
+  CLI::Option* const ignores =
+      command.add_flag("--ignore-covariances", ignores_covariances, "As if map points had no covariances");
   command
-      .add_option("--weighting", weighting,
-                  "Noise of blocks and residuals; by default measurement_and_map if frames have covariances")
-      ->check(CLI::IsMember({to_string(Weighting::measurement), to_string(Weighting::measurement_and_map)}));
-  command.add_option("--map-sigma", map_sigma, "Deviation of map points without a covariance, m")
+      .add_option("--map-sigma", map_sigma, "Deviation of map points without a covariance, where others have one, m")
       ->check(CLI::Validator(refused_deviation, "NUMBER"))
+      ->excludes(ignores)
       ->capture_default_str();
   command.add_option("--threads", threads, "Threads; 0: all")->check(CLI::Range(0, 1024))->capture_default_str();
   command.add_option("--seed", seed, "Of the random selections")->capture_default_str();
@@ -95,13 +95,6 @@ std::vector<std::vector<sim::Frame>> read_recordings(const std::vector<std::stri
   return recordings;
 }
 
-bool have_covariances(const std::vector<std::vector<sim::Frame>>& recordings) {
-  return std::any_of(recordings.begin(), recordings.end(), [](const auto& frames) {
-    return std::any_of(frames.begin(), frames.end(),
-                       [](const sim::Frame& frame) { return !frame.map_covariances.empty(); });
-  });
-}
-
 void make_output_folder(const std::string& folder) {
   if (folder.empty()) return;
   std::error_code error;
@@ -122,7 +115,12 @@ void run(const EvaluateArguments& arguments) {
   sim::require_input(isa_is_supported(active_isa()), sim::unsupported_isa_message());
   make_output_folder(arguments.output);
   check_inputs(arguments.inputs);
-  const auto recordings = read_recordings(arguments.inputs);
+  auto recordings = read_recordings(arguments.inputs);
+  for (auto& frames : recordings) {
+    for (sim::Frame& frame : frames) {
+      if (arguments.ignores_covariances) frame.map_covariances.clear();
+    }
+  }
   warn(recordings);
   sim::EvaluationOptions options;
   options.budgets = arguments.budgets;
@@ -130,10 +128,6 @@ void run(const EvaluateArguments& arguments) {
   options.repeats = arguments.repeats;
   options.map_sigma = arguments.map_sigma;
   options.seed = sim::seed_of(arguments.seed);
-  const bool has_weighting = !arguments.weighting.empty();
-  const bool weighs_map =
-      has_weighting ? arguments.weighting == to_string(Weighting::measurement_and_map) : have_covariances(recordings);
-  options.weighting = weighs_map ? Weighting::measurement_and_map : Weighting::measurement;
   const sim::Evaluation evaluation = sim::evaluate(recordings, options, arguments.threads);
   const nlohmann::ordered_json json = to_json(evaluation);
   if (!arguments.output.empty()) sim::write_file(arguments.output + "/evaluation.json", sim::to_text(json, 1));

@@ -237,11 +237,8 @@ Evaluation evaluate(const std::vector<std::vector<Frame>>& recordings, Evaluatio
   }
   options.contestants = contestants_for(frames);
   std::vector<FrameEvaluation> evaluated(frames.size());
-  for_each_in_parallel("evaluate", "frame", frames.size(), threads, [&](std::size_t i) {
-    Frame frame = *frames[i];
-    fill_unknown_covariances(frame, options.map_sigma);
-    evaluated[i] = evaluate_frame(frame, i, options);
-  });
+  for_each_in_parallel("evaluate", "frame", frames.size(), threads,
+                       [&](std::size_t i) { evaluated[i] = evaluate_frame(*frames[i], i, options); });
   return summarize(evaluated, lengths, true_poses, options);
 }
 

@@ -49,11 +49,7 @@ class FrameEvaluator {
         ungated_(frame.matches.size()) {
     pose_.max_iterations = 20;
     pose_.stereo = frame.camera.depth_cue() != DepthCue::none;
-    if (weighs_map()) {
-      whitenings_ = whitenings_of(frame, start_, pose_.stereo, options.map_sigma);
-    } else {
-      for (const Match& match : frame.matches) whitenings_.push_back(measurement_whitening(frame.camera, match));
-    }
+    whitenings_ = whitenings_of(frame, start_, pose_.stereo, options.map_sigma);
     for (GoodFeatures* const good : {&gated_, &ungated_}) add_matches(*good);
     ungated_.rejects_outliers = false;
     gated_.align();
@@ -82,22 +78,14 @@ class FrameEvaluator {
   }
 
  private:
-  bool weighs_map() const { return options_.weighting == Weighting::measurement_and_map; }
-
   // As a tracker does it.
   void add_matches(GoodFeatures& good) const {
-    good.block_options.weighting = options_.weighting;
     good.block_options.map_sigma = options_.map_sigma;
     if (frame_.camera.depth_sigma > 0) good.block_options.depth_sigma = frame_.camera.depth_sigma;
-    good.is_weighted = weighs_map();
     const RigidTransform T_cw = RigidTransform::row_major(frame_.T_cw_prior.data());
     const std::vector<Camera>& rig = frame_.camera.rig;
     rig.empty() ? good.start(Camera(frame_.camera), T_cw) : good.start(rig.data(), rig.size(), T_cw);
-    for (std::size_t i = 0; i < frame_.matches.size(); ++i) {
-      FeatureMatch match = feature_match(frame_.matches[i], frame_.camera.depth_cue());
-      if (weighs_map() && !frame_.map_covariances.empty()) match.covariance = frame_.map_covariances[i].data();
-      good.add(match);
-    }
+    for (const FeatureMatch& match : feature_matches(frame_, frame_.camera.depth_cue())) good.add(match);
   }
 
   bool find_pose_of_all() {

@@ -52,9 +52,8 @@ struct Contestant {
 struct EvaluationOptions {
   std::vector<Contestant> contestants;
   std::vector<std::size_t> budgets = {30, 60, 100, 150, 200, 300};
-  std::size_t repeats = 8;                       ///< of those that draw random numbers
-  Weighting weighting = Weighting::measurement;  ///< of blocks, and of the residuals of the pose
-  double map_sigma = 0.05;                       ///< m, deviation of map points without a covariance
+  std::size_t repeats = 8;  ///< of those that draw random numbers
+  double map_sigma = 0.05;  ///< m, deviation of map points without a covariance, where others have one
   std::uint64_t seed = 0;
 };
 

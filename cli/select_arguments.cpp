@@ -46,11 +46,12 @@ void add_search_options(CLI::App& command, SelectArguments& arguments) {
 }
 
 void add_block_options(CLI::App& command, SelectArguments& arguments) {
-  command.add_option("--weighting", arguments.weighting, "Which noise the blocks assume (docs/frame_format.md)")
-      ->check(CLI::IsMember(sim::names_of(sim::weightings)))
-      ->capture_default_str();
+  CLI::Option* const ignores =
+      command.add_flag("--ignore-covariances", arguments.ignores_covariances, "As if map points had no covariances");
   command
-      .add_option("--map-sigma", arguments.block_options.map_sigma, "measurement_and_map: deviation of a map point, m")
+      .add_option("--map-sigma", arguments.block_options.map_sigma,
+                  "Deviation of map points without a covariance, where others have one, m")
+      ->excludes(ignores)
       ->capture_default_str();
   command.add_flag("--stereo", arguments.stereo,
                    "A third row for the matches that have a right-image column, or a depth of known deviation");
@@ -86,10 +87,10 @@ void add_output_options(CLI::App& command, SelectArguments& arguments) {
 // Refuses options without effect.
 void check_used(const CLI::App& command, const SelectArguments& arguments) {
   const bool is_stochastic = arguments.strategy == to_string(Strategy::stochastic_greedy);
-  const bool has_map_sigma = arguments.weighting == to_string(Weighting::measurement_and_map);
   refuse_idle(command, "--epsilon", is_stochastic, "--strategy stochastic_greedy");
   refuse_idle(command, "--seed", is_stochastic, "--strategy stochastic_greedy");
-  refuse_idle(command, "--map-sigma", has_map_sigma, "--weighting measurement_and_map");
+  refuse_idle(command, "--map-sigma", !arguments.input.empty(), "--input");
+  refuse_idle(command, "--ignore-covariances", !arguments.input.empty(), "--input");
   refuse_idle(command, "--max-per-cell", !arguments.grid.empty(), "--grid");
 }
 
@@ -118,8 +119,6 @@ void SelectArguments::complete(const CLI::App& command) {
   options.threads = static_cast<int>(threads);
   options.time_limit = time_limit_ms / 1e3;
   options.groups.maximum = static_cast<std::size_t>(max_per_cell);
-  block_options.weighting = sim::find_named(sim::weightings, weighting).value();
-  if (stereo) block_options.depth_cue = DepthCue::stereo;
   check_plot_data(plot_data);
 }
 

@@ -19,7 +19,7 @@ struct SelectArguments {
   BlockOptions block_options;
   std::int64_t budget = 200;
   std::string strategy = "lazy_greedy";
-  std::string weighting = "measurement";
+  bool ignores_covariances = false;
   std::string seed = "0";
   bool stereo = false;
   std::int64_t repeat = 100;

@@ -24,10 +24,6 @@ namespace {
 constexpr std::size_t embedded_candidates = 2000;
 constexpr std::uint64_t embedded_seed = 1;
 
-[[noreturn]] void fail(const sim::Frame& frame, const std::string& why) {
-  throw sim::InputError("frame " + frame.name + ": " + why);
-}
-
 void warn(const sim::Frame& frame, const SelectArguments& arguments) {
   for (const std::string& column : frame.unknown_columns) {
     std::cerr << "maxlogdet: frame " << frame.name << ": unknown column '" << column << "' is ignored\n";
@@ -40,29 +36,15 @@ void warn(const sim::Frame& frame, const SelectArguments& arguments) {
   }
 }
 
-// Throws if the frame is unusable; warns if only some matches are.
-void check(const sim::Frame& frame, const BlockReport& report) {
-  if (report.singular_rays > 0) {
-    std::cerr << "maxlogdet: frame " << frame.name << ": " << report.singular_rays
-              << " matches have no world-frame block (viewing ray orthogonal to the world's z axis) and are never "
-                 "selected; map_bias has no such rays\n";
-  } else if (report.error != Error::none) {
-    fail(frame, explained(report.error, Options()));
-  }
-}
-
 std::vector<sim::Frame> frames_of(const std::string& input) {
   if (!input.empty()) return sim::read_frames(input);
   return {sim::make_scene(sim::Scene::euroc_like, embedded_candidates, embedded_seed)};
 }
 
 // A frame's third measurement is a right-image column, or a depth where the file says how uncertain it is.
-BlockOptions block_options_of(const sim::Frame& frame, const SelectArguments& arguments) {
-  BlockOptions options = arguments.block_options;
-  if (!arguments.stereo || !(frame.camera.depth_sigma > 0)) return options;
-  options.depth_cue = DepthCue::depth;
-  options.depth_sigma = frame.camera.depth_sigma;
-  return options;
+std::vector<FeatureMatch> matches_of(const sim::Frame& frame, bool has_third_rows) {
+  const DepthCue measured = frame.camera.depth_sigma > 0 ? DepthCue::depth : DepthCue::stereo;
+  return feature_matches(frame, has_third_rows ? measured : DepthCue::none);
 }
 
 std::size_t max_matches(const std::vector<sim::Frame>& frames) {
@@ -81,7 +63,9 @@ class SelectCommand {
         options_(arguments.options),
         selector_(max_matches(frames_), sim::executor()),
         blocks_(max_matches(frames_)) {
-    for (sim::Frame& frame : frames_) fill_unknown_covariances(frame, arguments.block_options.map_sigma);
+    for (sim::Frame& frame : frames_) {
+      if (arguments.ignores_covariances) frame.map_covariances.clear();
+    }
     // A budget above every frame's size selects everything.
     options_.budget = std::min(static_cast<std::size_t>(arguments.budget), selector_.capacity());
     options_.groups.count = grid_ ? grid_->cells() : 0;
@@ -113,10 +97,17 @@ class SelectCommand {
     return (path.parent_path() / (path.stem().string() + "_" + frame.name + path.extension().string())).string();
   }
 
+  Error build(const sim::Frame& frame, const std::vector<FeatureMatch>& matches) {
+    BlockOptions options = arguments_.block_options;
+    if (frame.camera.depth_sigma > 0) options.depth_sigma = frame.camera.depth_sigma;
+    return build_blocks(frame, matches, options, blocks_).error;
+  }
+
   void try_out(const sim::Frame& frame) {
     if (!arguments_.plot_data.empty()) sim::check_output_file(plot_data_of(frame));
     warn(frame, arguments_);
-    check(frame, build_blocks(frame, block_options_of(frame, arguments_), blocks_));
+    const Error error = build(frame, matches_of(frame, arguments_.stereo));
+    if (error != Error::none) throw sim::InputError("frame " + frame.name + ": " + explained(error, Options()));
     use_cells_of(frame);
     Options trial = options_;
     trial.budget = 0;
@@ -126,12 +117,10 @@ class SelectCommand {
 
   void select(const sim::Frame& frame) {
     use_cells_of(frame);
-    const sim::MatchArrays matches(frame);
+    const std::vector<FeatureMatch> matches = matches_of(frame, arguments_.stereo);
     const auto repeat = static_cast<std::size_t>(arguments_.repeat);
     Timing timing;
-    const BlockOptions block_options = block_options_of(frame, arguments_);
-    timing.blocks = sim::measure_latency(frame.name + ", blocks", repeat,
-                                         [&] { build_blocks(frame, matches, block_options, blocks_); });
+    timing.blocks = sim::measure_latency(frame.name + ", blocks", repeat, [&] { build(frame, matches); });
     Selection selection{};
     timing.select =
         sim::measure_latency(frame.name + ", select", repeat, [&] { selection = selector_.select(blocks_, options_); });

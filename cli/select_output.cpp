@@ -39,7 +39,6 @@ void add_arguments(const SelectArguments& arguments, nlohmann::ordered_json& lin
     line["epsilon"] = options.stochastic.epsilon;
     line["seed"] = options.stochastic.seed;
   }
-  line["weighting"] = to_string(arguments.block_options.weighting);
 }
 
 void add_answer(const sim::Frame& frame, const Options& options, const Selection& selection,
@@ -82,8 +81,8 @@ void print_json(const sim::Frame& frame, const SelectArguments& arguments, const
 
 void print_table_header(const SelectArguments& arguments) {
   std::cout << "maxlogdet " << version() << ", " << active_isa() << ": " << to_string(arguments.options.strategy)
-            << ", budget " << arguments.budget << ", " << to_string(arguments.block_options.weighting)
-            << (arguments.stereo ? " with stereo rows" : "") << ", " << arguments.repeat << " calls a frame\n\n";
+            << ", budget " << arguments.budget << (arguments.stereo ? ", with stereo rows" : "") << ", "
+            << arguments.repeat << " calls a frame\n\n";
   std::cout
       << "frame            candidates selected  status              log det evaluations    select us   blocks us\n"
          "                                                           (nats)              median    p99    median\n";

@@ -2,8 +2,7 @@
 // The only unit that does I/O, because a caller has asked for it, and the only one here of C++17, for std::to_chars.
 #include <maxlogdet/frame_recorder.hpp>
 
-#include "kernel/blocks/block_checks.hpp"
-#include "kernel/blocks/camera_checks.hpp"
+#include "kernel/blocks/matched_frame.hpp"
 
 #include <dirent.h>
 #include <sys/stat.h>
@@ -141,10 +140,13 @@ bool FrameRecorder::start(const Camera* cameras, std::size_t count, const RigidT
   is_started_ = false;
   details_ = details;
   camera_count_ = count;
-  BlockOptions options;
-  options.depth_cue = details.depth_cue;
-  options.depth_sigma = details.depth_sigma;
-  if (!is_open_ || check(cameras, count, options, T_bw) != Error::none) return false;
+  MatchedFrame frame;
+  frame.cameras = cameras;
+  frame.camera_count = count;
+  frame.T_bw = T_bw;
+  frame.depth_cue = details.depth_cue;
+  frame.options.depth_sigma = details.depth_sigma;
+  if (!is_open_ || check(frame) != Error::none) return false;
   is_rig_ = count > 1 || !is_identity(cameras[0].T_cb);
   if (is_rig_ && details.depth_cue == DepthCue::stereo) {
     return fail("a rig with right columns cannot be written into frame files");
@@ -155,8 +157,8 @@ bool FrameRecorder::start(const Camera* cameras, std::size_t count, const RigidT
   shift_of_right_ = cameras[0].pinhole.shift_of_right;
   const int size[2] = {details_.width, details_.height};
   if (size[0] > 0 && size[1] > 0) put_line(text_, "# image width,height: ", size, 2);
-  const char* const frame = is_rig_ ? "body" : "camera";
-  put_line(text_, std::string("# Tcw_prior (3x4 row-major, world to ") + frame + "): ", T_bw.data(), 12);
+  const char* const moved = is_rig_ ? "body" : "camera";
+  put_line(text_, std::string("# Tcw_prior (3x4 row-major, world to ") + moved + "): ", T_bw.data(), 12);
   if (is_rigid(details_.T_cw_true)) put_line(text_, "# Tcw_true (3x4 row-major): ", details_.T_cw_true.data(), 12);
   put_names_of_columns();
   is_started_ = true;

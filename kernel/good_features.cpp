@@ -3,15 +3,12 @@
 
 #include "kernel/alignment/aligner.hpp"
 #include "kernel/base/deadline.hpp"
-#include "kernel/base/limits.hpp"
-#include "kernel/blocks/block_checks.hpp"
-#include "kernel/blocks/block_planes.hpp"
-#include "kernel/empty_selection.hpp"
+#include "kernel/base/memory.hpp"
+#include "kernel/blocks/matched_frame.hpp"
+#include "kernel/image_cells.hpp"
 #include "kernel/information/prior.hpp"
 
 #include <maxlogdet/frame_recorder.hpp>
-#include <maxlogdet/image_cells.hpp>
-#include <maxlogdet/match_information.hpp>
 #include <maxlogdet/selector.hpp>
 
 #include <algorithm>
@@ -30,22 +27,6 @@ constexpr std::size_t sizeable_count = 5;
 constexpr double quantile_of_two = 5.991;  // 95 % quantile of chi-squared with two degrees of freedom
 constexpr double quantile_of_three = 7.815;
 
-bool has_right(const FeatureMatch& match) noexcept { return match.u_right >= 0 && match.u_right < infinity; }
-bool has_depth(const FeatureMatch& match) noexcept { return is_positive(match.depth); }
-
-DepthCue measured_cue(const FeatureMatch& match) noexcept {
-  if (has_right(match)) return DepthCue::stereo;
-  return has_depth(match) ? DepthCue::depth : DepthCue::none;
-}
-
-bool is_measured(const FeatureMatch& match) noexcept { return match.measured[0] != unmeasured; }
-// What can be computed with: squares of numbers far beyond these would overflow.
-bool is_sound(const FeatureMatch& match) noexcept {
-  const bool is_moderate = std::abs(match.measured[0]) < 1e15 && std::abs(match.measured[1]) < 1e15;
-  return all_finite(match.point, 3) && (is_moderate || !is_measured(match)) && match.sigma > 1e-15 &&
-         match.sigma < 1e15;
-}
-
 }  // namespace
 
 /// A frame: its matches, their blocks, which of them are selected, and how the others fit; in memory that is allocated
@@ -53,16 +34,11 @@ bool is_sound(const FeatureMatch& match) noexcept {
 struct GoodFeatures::State {
   State(std::size_t capacity, Executor* executor);
 
-  void start(const Camera* seen_by, std::size_t count, const RigidTransform& pose) noexcept;
-  void add(const FeatureMatch& match) noexcept;
-  DepthCue cue_of(std::size_t i) const noexcept {
-    return aligner.leaves_out_third() ? DepthCue::none : measured_cue(matches[i]);
-  }
-  MatchNoise noise_of(std::size_t i, const BlockOptions& options) const noexcept;
-  BlockOptions options_of_frame(BlockOptions options) noexcept;
-  void align(BlockOptions& options, const double* of_pose) noexcept;
+  MatchedFrame frame_with(const BlockOptions& options) const noexcept;
+  void align(const MatchedFrame& aligned, const double* of_pose) noexcept;
   void forget_alignment() noexcept;
   Error make_blocks(const BlockOptions& options) noexcept;
+  bool has_image(std::size_t i) const noexcept;
   void explain_rejected() noexcept;
   bool is_sizeable(std::size_t count) const noexcept;
   Warning warning() const noexcept;
@@ -74,36 +50,24 @@ struct GoodFeatures::State {
   void select_candidates(const Options& options) noexcept;
   void fill_up(const Options& asked, double cells_per_match) noexcept;
   void select_usable(Error why) noexcept;
+  void record() noexcept;
 
-  bool residual_of(std::size_t i, const RigidTransform& pose, double (&e)[3]) const noexcept;
-  double chi2_of(std::size_t i, const RigidTransform& pose, const BlockOptions& options,
-                 bool is_whitened) const noexcept;
-  void record(double depth_sigma) noexcept;
-
-  // The frame.
+  // The frame, with the first frame.size of the matches added. Only usable ones set what the frame has.
   Camera alone;  // of a frame with one camera
-  const Camera* cameras = &alone;
-  std::size_t camera_count = 1;
-  RigidTransform T_bw = nullptr;
-  // The matches; the first `size` of `added` are kept. Only usable ones set what the frame has.
-  std::size_t added = 0, size = 0;
+  MatchedFrame frame;
+  std::size_t added = 0;
   std::vector<FeatureMatch> matches;
-  DepthCue depth_cue = DepthCue::none;
-  bool are_mixed = false;  // some matches with a right column, and some with a depth
-  bool has_covariances = false;
-  // What append_blocks and a Selector read as arrays.
-  std::vector<double> sigmas, covariances;
-  std::vector<unsigned char> camera_ids, has_depth_cue, is_usable, is_required, is_spread;
-  BlockStore blocks;
-  BlockReport report;
-
+  std::vector<double> covariances;  // to which the matches point
+  std::vector<unsigned char> is_usable;
+  std::vector<unsigned char> is_inlier;  // usable, and not rejected
   Aligner aligner;
-  std::vector<unsigned char> is_aligned;  // usable, with a measurement
-  std::vector<unsigned char> is_inlier;   // usable, and not rejected
+  BlockStore blocks;  // candidate i is match i
+  BlockReport report;
 
   // The answer.
   Selector selector;
   ImageCells cells;
+  std::vector<unsigned char> is_required, is_spread;
   Selection summary;  // without its arrays
   std::vector<std::uint32_t> indices;
   std::vector<double> gains;
@@ -112,6 +76,7 @@ struct GoodFeatures::State {
   double prior[state_dimension * state_dimension];
 
   std::size_t judged = 0;  // the first matches
+  bool are_cues_judged = false;
   std::vector<double> chi2;
   std::vector<std::uint32_t> outliers;
 
@@ -121,20 +86,15 @@ struct GoodFeatures::State {
 
 GoodFeatures::State::State(std::size_t capacity, Executor* executor)
     : matches(checked_capacity(capacity)),
-      sigmas(capacity),
       covariances(9 * capacity),
-      camera_ids(capacity),
-      has_depth_cue(capacity),
       is_usable(capacity),
-      is_required(capacity),
-      is_spread(capacity),
-      blocks(capacity),
-      aligner(capacity),
-      is_aligned(capacity),
       is_inlier(capacity),
+      aligner(capacity),
+      blocks(capacity),
       selector(capacity, executor),
       cells(capacity),
-      summary(empty_selection(Error::none)),
+      is_required(capacity),
+      is_spread(capacity),
       indices(capacity),
       gains(capacity),
       is_selected(capacity),
@@ -143,131 +103,125 @@ GoodFeatures::State::State(std::size_t capacity, Executor* executor)
   clear_answer();
 }
 
+GoodFeatures::GoodFeatures(std::size_t capacity, Executor* executor) : state_(new State(capacity, executor)) {}
+void GoodFeatures::Destroy::operator()(State* state) const noexcept { delete state; }
+
 // Matches
 
-void GoodFeatures::State::start(const Camera* seen_by, std::size_t count, const RigidTransform& pose) noexcept {
-  cameras = seen_by;
-  camera_count = seen_by == nullptr ? 0 : count;
-  T_bw = pose;
-  added = size = judged = 0;
-  depth_cue = DepthCue::none;
-  are_mixed = has_covariances = false;
-  blocks.clear();
-  report = BlockReport();
-  forget_alignment();
-  clear_answer();
-  is_record_due = recorder.is_open();
+void GoodFeatures::start(const Camera& camera, const RigidTransform& T_cw) noexcept {
+  state_->alone = camera;
+  start(&state_->alone, 1, T_cw);
 }
 
-void GoodFeatures::State::add(const FeatureMatch& match) noexcept {
-  ++added;
-  if (size == matches.size()) return;
-  const std::size_t i = size++;
-  matches[i] = match;
-  sigmas[i] = match.sigma;
-  camera_ids[i] = match.camera_id;
-  const bool has_camera = match.camera_id < camera_count || camera_count == 0;  // none: an error of the frame
-  is_usable[i] = is_inlier[i] = is_sound(match) && has_camera ? 1 : 0;
-  is_aligned[i] = is_usable[i] != 0 && is_measured(match) ? 1 : 0;
-  has_depth_cue[i] = 0;
+void GoodFeatures::start(const Camera* cameras, std::size_t count, const RigidTransform& T_bw) noexcept {
+  State& s = *state_;
+  s.frame = MatchedFrame();
+  s.frame.cameras = cameras;
+  s.frame.camera_count = cameras == nullptr ? 0 : count;
+  s.frame.T_bw = T_bw;
+  s.frame.matches = s.matches.data();
+  s.frame.usable = s.is_usable.data();
+  s.added = 0;
+  s.blocks.clear();
+  s.report = BlockReport();
+  s.forget_alignment();
+  s.clear_answer();
+  s.is_record_due = s.recorder.is_open();
+}
+
+void GoodFeatures::add(const FeatureMatch& match) noexcept {
+  State& s = *state_;
+  ++s.added;
+  if (s.frame.size == s.matches.size()) return;
+  const std::size_t i = s.frame.size++;
+  s.matches[i] = match;
   if (match.covariance != nullptr) {
-    double* const copy = &covariances[9 * i];
+    double* const copy = &s.covariances[9 * i];
     std::copy_n(match.covariance, 9, copy);
-    matches[i].covariance = copy;
+    s.matches[i].covariance = copy;
   }
-  if (is_usable[i] == 0) return;
-  has_covariances = has_covariances || match.covariance != nullptr;
-  const DepthCue cue = measured_cue(match);
-  if (cue == DepthCue::none) return;
-  has_depth_cue[i] = 1;
-  const bool has_both = has_right(match) && has_depth(match);
-  are_mixed = are_mixed || has_both || (depth_cue != DepthCue::none && depth_cue != cue);
-  depth_cue = cue;
+  const bool is_usable = is_sound(match) && s.frame.has_camera_of(match);
+  s.is_usable[i] = s.is_inlier[i] = is_usable ? 1 : 0;
+  if (is_usable) s.frame.note(match);
 }
 
-// The noise that the block of match i is whitened by.
-MatchNoise GoodFeatures::State::noise_of(std::size_t i, const BlockOptions& options) const noexcept {
-  MatchNoise noise;
-  noise.sigma = matches[i].sigma;
-  noise.depth_cue = cue_of(i);
-  noise.depth_sigma = options.depth_sigma;
-  const Weighting weighting = has_covariances ? with_covariances(options.weighting) : options.weighting;
-  if (weighting != Weighting::measurement_and_map) return noise;
-  noise.map_sigma = options.map_sigma;
-  noise.covariance = matches[i].covariance;
-  return noise;
+std::size_t GoodFeatures::size() const noexcept { return state_->added; }
+std::uint32_t GoodFeatures::id(std::size_t i) const noexcept {
+  return i < state_->frame.size ? state_->matches[i].id : no_id;
 }
 
-// A match whose covariance is unknown has map_sigma^2 I in a frame where others have one.
-BlockOptions GoodFeatures::State::options_of_frame(BlockOptions options) noexcept {
-  for (std::size_t i = 0; i < size && has_covariances; ++i) {
-    for (std::size_t e = 0; e < 9 && matches[i].covariance == nullptr; ++e) {
-      covariances[9 * i + e] = e % 4 == 0 ? options.map_sigma * options.map_sigma : 0;
-    }
-  }
-  if (has_covariances) options.weighting = with_covariances(options.weighting);
-  options.depth_cue = depth_cue;
-  return options;
+// Alignment
+
+MatchedFrame GoodFeatures::State::frame_with(const BlockOptions& options) const noexcept {
+  MatchedFrame with = frame;
+  with.options = options;
+  return with;
 }
 
 void GoodFeatures::State::forget_alignment() noexcept {
-  aligner.forget(T_bw, Error::none);
-  std::copy_n(is_usable.begin(), size, is_inlier.begin());
+  aligner.forget(frame.T_bw, Error::none);
+  std::copy_n(is_usable.begin(), frame.size, is_inlier.begin());
 }
 
 // Nothing is rejected in a frame with an error.
-void GoodFeatures::State::align(BlockOptions& options, const double* of_pose) noexcept {
+void GoodFeatures::State::align(const MatchedFrame& aligned, const double* of_pose) noexcept {
   forget_alignment();
-  Error error = are_mixed ? Error::mixed_depth_cues : check(cameras, camera_count, options, T_bw);
+  Error error = check(aligned);
   Prior of_start;
   if (error == Error::none && of_pose != nullptr && !(of_start.read(of_pose) && of_start.is_semidefinite()))
     error = Error::invalid_prior;
-  if (error != Error::none) return aligner.forget(T_bw, error);
-  FrameToAlign frame;
-  frame.cameras = cameras;
-  frame.camera_count = camera_count;
-  frame.T_bw = T_bw;
-  frame.matches = matches.data();
-  frame.size = size;
-  frame.is_aligned = is_aligned.data();
-  frame.has_third = has_depth_cue.data();
-  frame.covariances = has_covariances ? covariances.data() : nullptr;
-  frame.options = options;
-  frame.prior = of_pose != nullptr ? of_start.entries : nullptr;
-  aligner.align(frame, is_inlier.data());
-  if (aligner.leaves_out_third()) options.depth_cue = DepthCue::none;
+  if (error != Error::none) return aligner.forget(frame.T_bw, error);
+  aligner.align(aligned, of_pose != nullptr ? of_start.entries : nullptr, is_inlier.data());
 }
 
-// Candidate i is match i.
+Alignment GoodFeatures::align(const double* prior) noexcept {
+  state_->align(state_->frame_with(block_options), prior);
+  return alignment();
+}
+Alignment GoodFeatures::alignment() const noexcept { return state_->aligner.found(); }
+const RigidTransform& GoodFeatures::pose() const noexcept { return state_->aligner.pose(); }
+const double* GoodFeatures::pose_information() const noexcept { return state_->aligner.information(); }
+bool GoodFeatures::is_inlier(std::size_t i) const noexcept {
+  return i < state_->frame.size && state_->is_inlier[i] != 0;
+}
+
+// Blocks
+
+// Of inliers, at the aligned pose.
 Error GoodFeatures::State::make_blocks(const BlockOptions& options) noexcept {
+  MatchedFrame of_inliers = frame_with(options);
+  of_inliers.T_bw = aligner.pose();
+  of_inliers.usable = is_inlier.data();
+  if (aligner.leaves_out_third()) of_inliers.depth_cue = DepthCue::none;
   blocks.clear();
-  report = BlockReport();
-  if (are_mixed) return report.error = Error::mixed_depth_cues;
-  Matches arrays;
-  arrays.size = size;
-  if (size > 0) arrays.points = Points(matches[0].point, sizeof(FeatureMatch));
-  arrays.sigmas = sigmas.data();
-  arrays.has_depth_cue = has_depth_cue.data();
-  if (std::count(is_inlier.data(), is_inlier.data() + size, 0) > 0) arrays.usable = is_inlier.data();
-  if (camera_count > 1) arrays.camera_ids = camera_ids.data();
-  if (has_covariances) arrays.map_covariances = covariances.data();
-  report = append_blocks(cameras, camera_count, aligner.pose(), arrays, options, blocks);
+  report = append_blocks(of_inliers, blocks);
   return report.error;
 }
 
+const BlockReport& GoodFeatures::block_report() const noexcept { return state_->report; }
+const BlockStore& GoodFeatures::blocks() const noexcept { return state_->blocks; }
+
 bool GoodFeatures::State::is_sizeable(std::size_t count) const noexcept {
-  const auto usable = std::count(is_usable.begin(), is_usable.begin() + static_cast<std::ptrdiff_t>(size), 1);
+  const auto usable = std::count(is_usable.begin(), is_usable.begin() + static_cast<std::ptrdiff_t>(frame.size), 1);
   return count >= sizeable_count && static_cast<double>(count) >= sizeable_share * static_cast<double>(usable);
+}
+
+bool GoodFeatures::State::has_image(std::size_t i) const noexcept {
+  const Camera& camera = frame.cameras[matches[i].camera_id];
+  double p_b[3], p_c[3], uv[2];
+  aligner.pose().transform(matches[i].point, p_b);
+  camera.T_cb.transform(p_b, p_c);
+  return project(camera, p_c, uv);
 }
 
 // Of what was rejected without an error the report says why there is none, as of candidates.
 void GoodFeatures::State::explain_rejected() noexcept {
   aligner.for_each_without_error([this](std::size_t i) {
-    double e[3];
-    const bool has_image = residual_of(i, aligner.pose(), e);
-    if (has_image && !has_covariances) return;  // the error is beyond all numbers
+    const bool is_seen = has_image(i);
+    // An inlier of another attempt, or an error beyond all numbers.
+    if (is_inlier[i] != 0 || (is_seen && !frame.has_covariances)) return;
     --report.unusable;
-    ++(has_image ? report.invalid_covariances : report.behind_camera);
+    ++(is_seen ? report.invalid_covariances : report.behind_camera);
   });
 }
 
@@ -279,13 +233,10 @@ Warning GoodFeatures::State::warning() const noexcept {
   const bool has_failed =
       found.status != AlignmentStatus::none && !found.is_aligned() && found.measured >= Aligner::fewest_matches;
   if (!is_sizeable(missing)) return has_failed ? Warning::not_aligned : Warning::none;
-  const std::size_t counted =
-      report.behind_camera + report.too_near + report.singular_rays + report.invalid_covariances;
-  const std::pair<std::size_t, Warning> causes[] = {{report.behind_camera, Warning::behind_camera},
-                                                    {report.too_near, Warning::too_near},
-                                                    {report.singular_rays, Warning::singular_rays},
-                                                    {report.invalid_covariances, Warning::invalid_covariances},
-                                                    {missing - counted, Warning::unbounded_blocks}};
+  const std::pair<std::size_t, Warning> causes[] = {
+      {report.behind_camera, Warning::behind_camera},
+      {report.invalid_covariances, Warning::invalid_covariances},
+      {missing - report.behind_camera - report.invalid_covariances, Warning::unbounded_blocks}};
   return std::max_element(std::begin(causes), std::end(causes),
                           [](const auto& a, const auto& b) { return a.first < b.first; })
       ->second;
@@ -295,7 +246,7 @@ Warning GoodFeatures::State::warning() const noexcept {
 
 void GoodFeatures::State::clear_answer() noexcept {
   for (std::size_t j = 0; j < summary.size; ++j) is_selected[indices[j]] = 0;
-  summary = empty_selection(Error::none);
+  summary = Selection();
   summary.status = Status::all_selected;
   has_prior = false;
   judged = 0;
@@ -314,36 +265,32 @@ void GoodFeatures::State::take(std::size_t i, double gain) noexcept {
 Error GoodFeatures::State::settle(const Options& asked, double cells_per_match, Options& options) noexcept {
   if (!(cells_per_match >= 0) || cells_per_match == infinity) return Error::invalid_groups;
   if (asked.required != nullptr) return Error::misplaced_required;
-  const unsigned char* const has_block = planes_of(blocks).validity();
   std::size_t required = 0, with_block = 0;
-  for (std::size_t i = 0; i < size; ++i) {
+  for (std::size_t i = 0; i < frame.size; ++i) {
     const bool is_needed = matches[i].is_required && is_usable[i] != 0;
-    is_required[i] = is_needed && has_block[i] != 0 ? 1 : 0;
+    is_required[i] = is_needed && blocks.is_valid(i) ? 1 : 0;
     with_block += is_required[i];
     required += is_needed ? 1 : 0;
   }
   if (required > asked.budget) return Error::infeasible;
-  for (std::size_t i = 0; i < size && with_block < required; ++i) {
-    if (matches[i].is_required && is_usable[i] != 0 && has_block[i] == 0) take(i, not_a_number);
+  for (std::size_t i = 0; i < frame.size && with_block < required; ++i) {
+    if (matches[i].is_required && is_usable[i] != 0 && !blocks.is_valid(i)) take(i, not_a_number);
   }
   options.budget = asked.budget - summary.size;
   if (with_block > 0) options.required = is_required.data();
-  if (cells_per_match > 0 && asked.groups.ids == nullptr && size > 0)
+  if (cells_per_match > 0 && asked.groups.ids == nullptr && frame.size > 0)
     spread_over_image(cells_per_match * static_cast<double>(asked.budget), options);
   return Error::none;
 }
 
 // Required matches may be neighbours; the others share the cells.
 void GoodFeatures::State::spread_over_image(double cell_count, Options& options) noexcept {
-  const unsigned char* const has_block = planes_of(blocks).validity();
-  for (std::size_t i = 0; i < size; ++i) {
-    is_spread[i] = has_block[i] != 0 && is_measured(matches[i]) && is_required[i] == 0 ? 1 : 0;
+  for (std::size_t i = 0; i < frame.size; ++i) {
+    is_spread[i] = blocks.is_valid(i) && is_measured(matches[i]) && is_required[i] == 0 ? 1 : 0;
   }
   const double wanted = std::fmax(std::round(cell_count), 1);
-  const auto count = static_cast<std::size_t>(std::fmin(wanted, static_cast<double>(size)));
-  cells.assign(matches[0].measured, sizeof(FeatureMatch) / sizeof(double), size, count, is_spread.data(),
-               camera_count > 1 ? camera_ids.data() : nullptr);
-  cells.limit(options);
+  const auto count = static_cast<std::size_t>(std::fmin(wanted, static_cast<double>(frame.size)));
+  cells.limit(matches.data(), frame.size, is_spread.data(), count, options);
 }
 
 void GoodFeatures::State::select_candidates(const Options& options) noexcept {
@@ -362,12 +309,12 @@ void GoodFeatures::State::fill_up(const Options& asked, double cells_per_match) 
   if (status == Status::error || status == Status::target_reached) return;
   const bool has_groups = asked.groups.ids != nullptr || (cells_per_match > 0 && cells_per_match < 1);
   const std::size_t candidates = summary.size;
-  for (std::size_t i = 0; i < size && summary.size < asked.budget && !has_groups; ++i) {
+  for (std::size_t i = 0; i < frame.size && summary.size < asked.budget && !has_groups; ++i) {
     if (is_inlier[i] != 0) take(i, not_a_number);
   }
   if (status == Status::deadline_reached) return;
   bool are_all_in = true;
-  for (std::size_t i = 0; i < size; ++i) are_all_in = are_all_in && (is_inlier[i] == 0 || is_selected[i] != 0);
+  for (std::size_t i = 0; i < frame.size; ++i) are_all_in = are_all_in && (is_inlier[i] == 0 || is_selected[i] != 0);
   if (are_all_in) {
     const Alignment& found = aligner.found();
     const bool are_rejected = found.is_aligned() && found.inliers < found.measured;
@@ -382,91 +329,11 @@ void GoodFeatures::State::fill_up(const Options& asked, double cells_per_match) 
 // The answer after an error: all that can be optimised with, and what is required.
 void GoodFeatures::State::select_usable(Error why) noexcept {
   clear_answer();
-  for (std::size_t i = 0; i < size; ++i) {
+  for (std::size_t i = 0; i < frame.size; ++i) {
     if (is_inlier[i] != 0 || (is_usable[i] != 0 && matches[i].is_required)) take(i, not_a_number);
   }
   summary.status = Status::error;
   summary.error = why;
-}
-
-// How the matches fit the optimised pose
-
-// z - h(T_bw, p_w); false where the point has no image.
-bool GoodFeatures::State::residual_of(std::size_t i, const RigidTransform& pose, double (&e)[3]) const noexcept {
-  const FeatureMatch& match = matches[i];
-  if (match.camera_id >= camera_count) return false;
-  const Camera& camera = cameras[match.camera_id];
-  const PinholeCamera& pinhole = camera.pinhole;
-  double p_b[3], p_c[3], uv[2];
-  pose.transform(match.point, p_b);
-  camera.T_cb.transform(p_b, p_c);
-  if (!project(camera, p_c, uv)) return false;
-  for (int d = 0; d < 2; ++d) e[d] = match.measured[d] - uv[d];
-  switch (cue_of(i)) {
-    case DepthCue::none: e[2] = 0; break;
-    case DepthCue::stereo: e[2] = match.u_right - (uv[0] - pinhole.bf / p_c[2] + pinhole.shift_of_right); break;
-    case DepthCue::depth: e[2] = match.depth - p_c[2]; break;
-  }
-  return true;
-}
-
-// Residuals are divided by their deviations before they are squared, which may underflow.
-double GoodFeatures::State::chi2_of(std::size_t i, const RigidTransform& pose, const BlockOptions& options,
-                                    bool is_whitened) const noexcept {
-  if (is_usable[i] == 0) return infinity;
-  if (!is_measured(matches[i])) return not_a_number;
-  double e[3];
-  if (!residual_of(i, pose, e)) return infinity;
-  const MatchNoise noise = noise_of(i, options);
-  const std::size_t rows = residual_rows(noise.depth_cue);
-  double W[9];
-  if (!is_whitened || !match_whitening(cameras[matches[i].camera_id], aligner.pose(), matches[i].point, noise, W)) {
-    const double of_cue = noise.depth_cue == DepthCue::depth ? noise.depth_sigma : noise.sigma;
-    const double whitened[3] = {e[0] / noise.sigma, e[1] / noise.sigma, e[2] / of_cue};
-    return whitened[0] * whitened[0] + whitened[1] * whitened[1] + whitened[2] * whitened[2];
-  }
-  double sum = 0;
-  for (std::size_t a = 0; a < rows; ++a) {
-    double whitened = 0;
-    for (std::size_t b = 0; b <= a; ++b) whitened += W[rows * a + b] * e[b];
-    sum += whitened * whitened;
-  }
-  return sum;
-}
-
-// Reads the frame as select() has left it, and hands it to the recorder.
-void GoodFeatures::State::record(double depth_sigma) noexcept {
-  is_record_due = false;
-  if (added > size) return recorder.skip("it has more matches than the capacity");
-  if (report.error != Error::none) return recorder.skip(explain(report.error));
-  FrameDetails details;
-  details.depth_cue = depth_cue;
-  details.depth_sigma = depth_sigma;
-  details.has_covariances = has_covariances;
-  for (std::size_t i = 0; i < size; ++i) details.has_keyframes |= matches[i].keyframe >= 0;
-  recorder.start(cameras, camera_count, T_bw, details);
-  for (std::size_t i = 0; i < size; ++i) {
-    if (is_usable[i] != 0) recorder.add(matches[i], is_selected[i] != 0);
-  }
-  recorder.finish();
-}
-
-// The class
-
-GoodFeatures::GoodFeatures(std::size_t capacity, Executor* executor) : state_(new State(capacity, executor)) {}
-void GoodFeatures::Destroy::operator()(State* state) const noexcept { delete state; }
-
-void GoodFeatures::start(const Camera& camera, const RigidTransform& T_cw) noexcept {
-  state_->alone = camera;
-  state_->start(&state_->alone, 1, T_cw);
-}
-void GoodFeatures::start(const Camera* cameras, std::size_t count, const RigidTransform& T_bw) noexcept {
-  state_->start(cameras, count, T_bw);
-}
-void GoodFeatures::add(const FeatureMatch& match) noexcept { state_->add(match); }
-std::size_t GoodFeatures::size() const noexcept { return state_->added; }
-std::uint32_t GoodFeatures::id(std::size_t i) const noexcept {
-  return i < state_->size ? state_->matches[i].id : no_id;
 }
 
 Selection GoodFeatures::select(const Options& options) noexcept {
@@ -476,28 +343,18 @@ Selection GoodFeatures::select(const Options& options) noexcept {
   s.has_prior = options.prior != nullptr;
   if (s.has_prior) std::copy_n(options.prior, state_dimension * state_dimension, s.prior);
   Options settled = options;
-  BlockOptions of_frame = s.options_of_frame(block_options);
-  rejects_outliers ? s.align(of_frame, options.prior) : s.forget_alignment();
-  Error error = s.make_blocks(of_frame);
+  rejects_outliers ? s.align(s.frame_with(block_options), options.prior) : s.forget_alignment();
+  Error error = s.make_blocks(block_options);
   if (error == Error::none) error = s.settle(options, spread, settled);
   settled.time_limit = time.left();
   error == Error::none ? s.select_candidates(settled) : s.select_usable(error);
   s.fill_up(options, spread);
   s.explain_rejected();
   s.summary.warning = s.summary.status == Status::error ? Warning::none : s.warning();
-  if (s.is_record_due) s.record(block_options.depth_sigma);
+  s.frame.options = block_options;
+  if (s.is_record_due) s.record();
   return selection();
 }
-
-Alignment GoodFeatures::align(const double* prior) noexcept {
-  BlockOptions of_frame = state_->options_of_frame(block_options);
-  state_->align(of_frame, prior);
-  return alignment();
-}
-Alignment GoodFeatures::alignment() const noexcept { return state_->aligner.found(); }
-const RigidTransform& GoodFeatures::pose() const noexcept { return state_->aligner.pose(); }
-const double* GoodFeatures::pose_information() const noexcept { return state_->aligner.information(); }
-bool GoodFeatures::is_inlier(std::size_t i) const noexcept { return i < state_->size && state_->is_inlier[i] != 0; }
 
 Selection GoodFeatures::selection() const noexcept {
   Selection selection = state_->summary;
@@ -506,37 +363,19 @@ Selection GoodFeatures::selection() const noexcept {
   return selection;
 }
 const char* GoodFeatures::reason() const noexcept {
-  const bool are_all_kept = state_->added == state_->size;
+  const bool are_all_kept = state_->added == state_->frame.size;
   return are_all_kept || !selection().has_answer() ? selection().reason() : to_string(Error::capacity_exceeded);
 }
-const BlockReport& GoodFeatures::block_report() const noexcept { return state_->report; }
-const BlockStore& GoodFeatures::blocks() const noexcept { return state_->blocks; }
-bool GoodFeatures::is_selected(std::size_t i) const noexcept { return i < state_->size && state_->is_selected[i] != 0; }
-
-IndexRange GoodFeatures::outliers(const RigidTransform& T_cw) noexcept {
-  State& s = *state_;
-  s.outliers.clear();
-  s.judged = is_rigid(T_cw) ? s.size : 0;
-  for (std::size_t i = 0; i < s.judged; ++i) {
-    s.chi2[i] = s.is_selected[i] != 0 ? not_a_number : s.chi2_of(i, T_cw, block_options, is_weighted);
-    if (is_outlier(i)) s.outliers.push_back(static_cast<std::uint32_t>(i));
-  }
-  return {s.outliers.data(), s.outliers.size()};
+bool GoodFeatures::is_selected(std::size_t i) const noexcept {
+  return i < state_->frame.size && state_->is_selected[i] != 0;
 }
-double GoodFeatures::chi2(std::size_t i) const noexcept { return i < state_->judged ? state_->chi2[i] : not_a_number; }
-bool GoodFeatures::is_outlier(std::size_t i) const noexcept {
-  if (i >= state_->judged) return false;
-  return chi2(i) > (state_->cue_of(i) == DepthCue::none ? quantile_of_two : quantile_of_three);
-}
-
-bool GoodFeatures::record(const char* folder) noexcept { return state_->recorder.open(folder); }
 
 // The selected ones alone, as required ones, against the target of all.
 double efficiency(GoodFeatures& good) noexcept {
   GoodFeatures::State& s = *good.state_;
   if (s.summary.status == Status::error || s.blocks.stored() == 0) return not_a_number;
   Options options(0);
-  for (std::size_t i = 0; i < s.size; ++i) {
+  for (std::size_t i = 0; i < s.frame.size; ++i) {
     s.is_required[i] = s.is_selected[i] != 0 && s.blocks.is_valid(i) ? 1 : 0;
     options.budget += s.is_required[i];
   }
@@ -546,17 +385,55 @@ double efficiency(GoodFeatures& good) noexcept {
   return std::min(s.selector.select(s.blocks, options).efficiency, 1.0);
 }
 
-bool match_information(const GoodFeatures& good, std::size_t i, double* omega) noexcept {
-  const GoodFeatures::State& s = *good.state_;
-  return i < s.size && s.matches[i].camera_id < s.camera_count &&
-         match_information(s.cameras[s.matches[i].camera_id], s.aligner.pose(), s.matches[i].point,
-                           s.noise_of(i, good.block_options), omega);
+// How the matches fit the optimised pose
+
+IndexRange GoodFeatures::outliers(const RigidTransform& T_cw) noexcept {
+  State& s = *state_;
+  s.outliers.clear();
+  s.judged = 0;
+  MatchedFrame at = s.frame_with(block_options);
+  at.T_bw = T_cw;
+  if (at.has_mixed_cues || s.aligner.leaves_out_third()) at.depth_cue = DepthCue::none;
+  at.has_mixed_cues = false;
+  if (!is_rigid(T_cw)) return {nullptr, 0};
+  s.judged = at.size;
+  s.are_cues_judged = at.depth_cue != DepthCue::none;
+  for (std::size_t i = 0; i < at.size; ++i) s.chi2[i] = s.is_usable[i] != 0 ? not_a_number : infinity;
+  if (check(at) == Error::none) s.aligner.judge(at, s.chi2.data());
+  for (std::size_t i = 0; i < at.size; ++i) {
+    if (s.is_selected[i] != 0) s.chi2[i] = not_a_number;
+    if (is_outlier(i)) s.outliers.push_back(static_cast<std::uint32_t>(i));
+  }
+  return {s.outliers.data(), s.outliers.size()};
 }
-bool match_whitening(const GoodFeatures& good, std::size_t i, double* W) noexcept {
-  const GoodFeatures::State& s = *good.state_;
-  return i < s.size && s.matches[i].camera_id < s.camera_count &&
-         match_whitening(s.cameras[s.matches[i].camera_id], s.aligner.pose(), s.matches[i].point,
-                         s.noise_of(i, good.block_options), W);
+
+double GoodFeatures::chi2(std::size_t i) const noexcept { return i < state_->judged ? state_->chi2[i] : not_a_number; }
+
+bool GoodFeatures::is_outlier(std::size_t i) const noexcept {
+  if (i >= state_->judged) return false;
+  const bool has_cue = state_->are_cues_judged && measured_cue(state_->matches[i]) != DepthCue::none;
+  return chi2(i) > (has_cue ? quantile_of_three : quantile_of_two);
 }
+
+// Recording
+
+// Reads the frame as select() has left it, and hands it to the recorder.
+void GoodFeatures::State::record() noexcept {
+  is_record_due = false;
+  if (added > frame.size) return recorder.skip("it has more matches than the capacity");
+  if (report.error != Error::none) return recorder.skip(explain(report.error));
+  FrameDetails details;
+  details.depth_cue = frame.depth_cue;
+  details.depth_sigma = frame.options.depth_sigma;
+  details.has_covariances = frame.has_covariances;
+  for (std::size_t i = 0; i < frame.size; ++i) details.has_keyframes |= matches[i].keyframe >= 0;
+  recorder.start(frame.cameras, frame.camera_count, frame.T_bw, details);
+  for (std::size_t i = 0; i < frame.size; ++i) {
+    if (is_usable[i] != 0) recorder.add(matches[i], is_selected[i] != 0);
+  }
+  recorder.finish();
+}
+
+bool GoodFeatures::record(const char* folder) noexcept { return state_->recorder.open(folder); }
 
 }  // namespace maxlogdet

@@ -1,46 +1,30 @@
 // SPDX-License-Identifier: MIT
 #include <maxlogdet/selector.hpp>
 
-#include "kernel/base/limits.hpp"
-#include "kernel/empty_selection.hpp"
 #include "kernel/search/search.hpp"
-#include "kernel/strategies/strategies.hpp"
-#include "threading/team.hpp"
+#include "kernel/search/strategies.hpp"
 
 #include <limits>
 
 namespace maxlogdet {
 
 /// All the memory of a Selector; nothing is allocated later.
-struct Selector::Memory : SearchMemory {
-  using SearchMemory::SearchMemory;
+struct Selector::Memory : Search {
+  using Search::Search;
 };
 
 Selector::Selector(std::size_t capacity, Executor* executor) : memory_(new Memory(capacity)), executor_(executor) {}
 void Selector::Destroy::operator()(Memory* memory) const noexcept { delete memory; }
 
-std::size_t Selector::capacity() const noexcept { return memory_ ? memory_->capacity : 0; }
-
-Selection empty_selection(Error error) noexcept {
-  Selection selection{};
-  selection.status = error == Error::none ? Status::ok : Status::error;
-  selection.error = error;
-  selection.log_det = not_a_number;
-  selection.upper_bound = not_a_number;
-  selection.threads = 1;
-  selection.efficiency = not_a_number;
-  selection.translation_sigma = not_a_number;
-  selection.rotation_sigma = not_a_number;
-  return selection;
-}
+std::size_t Selector::capacity() const noexcept { return memory_ ? memory_->capacity() : 0; }
 
 namespace {
 
 // The first error of the caller's arguments, or none. The switch has no default, so that compilers report an enumerator
 // that it lacks.
-Error check(const BlockStore& candidates, const Options& options, const SearchMemory& memory) noexcept {
-  if (memory.kernel == nullptr) return Error::unsupported_isa;
-  if (candidates.size() > memory.capacity) return Error::capacity_exceeded;
+Error check(const BlockStore& candidates, const Options& options, const Search& search) noexcept {
+  if (search.kernel() == nullptr) return Error::unsupported_isa;
+  if (candidates.size() > search.capacity()) return Error::capacity_exceeded;
   if (!(options.time_limit >= 0)) return Error::invalid_time_limit;
   if (options.threads < 0) return Error::invalid_threads;
   const Error of_target = Target::check(options);
@@ -78,26 +62,22 @@ Status run(Search& search, const Options& options) noexcept {
 
 Selection Selector::select(const BlockStore& candidates, const Options& options) & noexcept {
   const Deadline deadline(options.time_limit);
-  Selection selection = empty_selection(Error::capacity_exceeded);
+  Selection selection;
+  selection.status = Status::error;
+  selection.error = Error::capacity_exceeded;
   selection.invalid_candidates = candidates.invalid_count();
   if (!memory_) return selection;  // moved from: a capacity of 0
-  SearchMemory& memory = *memory_;
-  const auto fail = [&selection](Error error) {
-    selection.error = error;
-    return selection;
-  };
-  Error error = check(candidates, options, memory);
-  if (error != Error::none) return fail(error);
-  Search search(candidates, options, deadline, memory);
-  error = search.start(candidates, options);
-  if (error != Error::none) return fail(error);
+  Search& search = *memory_;
+  selection.error = check(candidates, options, search);
+  if (selection.error != Error::none) return selection;
+  selection.error = search.start(Candidates(candidates, *search.kernel()), options, deadline);
+  if (selection.error != Error::none) return selection;
 
-  selection.error = Error::none;
   selection.threads =
       threading::workers_for(executor_, options.threads, search.remaining(), crossover_of(options.strategy));
   Status status = Status::ok;
-  memory.team.run(executor_, selection.threads, [&] { status = run(search, options); });
-  selection.searched = search.answer().size();
+  search.team().run(executor_, selection.threads, [&] { status = run(search, options); });
+  selection.searched = search.size();
   if (status == Status::deadline_reached) fill(search);
   search.report(status, selection);
   if (options.certificate) selection.upper_bound = search.upper_bound();

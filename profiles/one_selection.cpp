@@ -20,7 +20,8 @@ int main(int argc, char** argv) {
   const std::size_t n = std::strtoul(argv[2], nullptr, 10);
   options.budget = std::strtoul(argv[3], nullptr, 10);
   BlockStore blocks(n);
-  build_blocks(make_scene(sim::Scene::euroc_like, n, 1), BlockOptions(), blocks);
+  const sim::Frame frame = make_scene(sim::Scene::euroc_like, n, 1);
+  build_blocks(frame, feature_matches(frame, DepthCue::none), BlockOptions(), blocks);
   Selector selector(n);
   Selection selection = selector.select(blocks, options);
   for (std::size_t call = std::strtoul(argv[4], nullptr, 10); call > 1; --call) {

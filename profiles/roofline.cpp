@@ -3,8 +3,8 @@
 // the loads from its L2 cache. All measurements take turns in short pieces, so that a transient load slows all of them
 // down. Writes JSON. Compiled for this processor, with vector types of gcc and clang.
 #include "bench/world/scene.hpp"
-#include "kernel/blocks/stored_rows.hpp"
-#include "kernel/information/information_factor.hpp"
+#include "kernel/blocks/candidates.hpp"
+#include "kernel/information/factor.hpp"
 #include "simd/kernel.hpp"
 
 #include <unistd.h>
@@ -146,10 +146,9 @@ class FullRound {
     for (const simd::Kernel* const* kernel = simd::built_in(); *kernel != nullptr; ++kernel) {
       if (std::strcmp(active_isa(), (*kernel)->isa) == 0) kernel_ = *kernel;
     }
-    BlockOptions options;
-    options.weighting = Weighting::map_bias;
-    if (rows == 3) options.depth_cue = DepthCue::stereo;
-    build_blocks(make_scene(sim::Scene::euroc_like, candidates, 1), options, blocks_);
+    const sim::Frame frame = make_scene(sim::Scene::euroc_like, candidates, 1);
+    const DepthCue depth_cue = rows == 3 ? DepthCue::stereo : DepthCue::none;
+    build_blocks(frame, feature_matches(frame, depth_cue), BlockOptions(), blocks_);
     for (std::size_t i = 0; i < tiles_.size(); ++i) tiles_[i] = static_cast<Tile>(i);
     InformationFactor factor;
     double prior[simd::dimension * simd::dimension] = {};
@@ -157,16 +156,15 @@ class FullRound {
     factor.reset(prior);
     for (std::size_t selected = 0; selected < 50; ++selected) {
       double h[max_block_rows][state_dimension];
-      read_rows(all_of(blocks_, *kernel_), static_cast<Candidate>(selected), h);
+      Candidates(blocks_, *kernel_).read_rows(static_cast<Index>(selected), h);
       factor.add_block(*kernel_, h, rows);
     }
     for (std::size_t i = 0; i < std::size(w_); ++i) w_[i] = static_cast<float>(factor.inverse()[i]);
   }
 
   void operator()() noexcept {
-    const simd::Planes planes = all_of(blocks_, *kernel_).planes;
-    const simd::Tiles tiles{planes.data,     simd::tile_size,   planes.stride,
-                            in_each_.size(), remaining_.data(), in_each_.data()};
+    const simd::Tiles tiles{blocks_.planes(), simd::tile_size,   blocks_.stride(),
+                            in_each_.size(),  remaining_.data(), in_each_.data()};
     const simd::RoundArrays arrays{nullptr, highest_.data(), relative_gains_.data(), nullptr};
     kernel_->rounds[rows_ - 1].evaluate(tiles, w_, tiles_.data(), tiles_.size(), arrays);
   }

@@ -9,7 +9,6 @@
 #include <maxlogdet/maxlogdet.hpp>
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -327,17 +326,6 @@ py::array_t<double> chi2(const OwnGoodFeatures& self) {
 
 double efficiency_of(OwnGoodFeatures& self) { return efficiency(self); }
 
-// The weight that `write` writes of match i, (2, 2) or (3, 3); None where it writes none.
-template <bool (*write)(const GoodFeatures&, std::size_t, double*) noexcept>
-py::object weight(const OwnGoodFeatures& self, std::size_t i) {
-  if (i >= self.size()) throw py::index_error("i: expected the number of a match, below size");
-  double entries[9];
-  entries[8] = std::numeric_limits<double>::quiet_NaN();  // stays of two rows
-  if (!write(self, i, entries)) return py::none();
-  const py::ssize_t r = std::isnan(entries[8]) ? 2 : 3;
-  return py::array_t<double>({r, r}, entries);
-}
-
 bool record(OwnGoodFeatures& self, const py::object& folder) {
   const auto path = py::module_::import("os").attr("fsencode")(folder).cast<std::string>();
   if (path.find('\0') != std::string::npos) throw py::value_error("folder: expected a path without a NUL byte");
@@ -348,8 +336,7 @@ py::dict block_report(const OwnGoodFeatures& self) {
   const BlockReport report = self.block_report();
   using namespace py::literals;
   return py::dict("error"_a = to_string(report.error), "invalid"_a = report.invalid, "unusable"_a = report.unusable,
-                  "behind_camera"_a = report.behind_camera, "too_near"_a = report.too_near,
-                  "singular_rays"_a = report.singular_rays, "invalid_covariances"_a = report.invalid_covariances);
+                  "behind_camera"_a = report.behind_camera, "invalid_covariances"_a = report.invalid_covariances);
 }
 
 void bind_good_features(py::module_& module) {
@@ -404,9 +391,6 @@ prior: (6, 6), information about the pose of start(); None: none.)")
       .def("chi2", &chi2, "Returns (n,), after outliers(): squared errors in standard deviations; NaN of the selected.")
       .def("efficiency", &efficiency_of,
            "Returns (det M of the selected / det M of all)^(1/6), the share of the information that is kept.")
-      .def("information", &weight<&match_information>, py::arg("i"),
-           "Returns the weight of the residual of match i, (2, 2) or, with a depth cue, (3, 3); None if it has none.")
-      .def("whitening", &weight<&match_whitening>, py::arg("i"), "Returns W with W^T W = information(i).")
       .def(
           "record", &record, py::arg("folder"),
           "Writes the frames from the next start() on into a folder, for `maxlogdet evaluate`. Returns whether it can.")
@@ -419,23 +403,15 @@ prior: (6, 6), information about the pose of start(); None: none.)")
       .def_readwrite("spread", &OwnGoodFeatures::spread,
                      "At most one match of each of spread * budget cells of the image. 0: off.")
       .def_readwrite("rejects_outliers", &OwnGoodFeatures::rejects_outliers,
-                     "Whether select() aligns first, and selects inliers alone.")
-      .def_readwrite("is_weighted", &OwnGoodFeatures::is_weighted,
-                     "Whether the optimiser weights residuals by information(i); outliers() then does, too.")
-      .def_property(
-          "weighting", [](const OwnGoodFeatures& self) { return to_string(self.block_options.weighting); },
-          [](OwnGoodFeatures& self, const std::string& name) {
-            self.block_options.weighting = named(name, "weighting", weightings);
-          },
-          "'measurement', which covariances turn into 'measurement_and_map', 'map_bias' or 'map_bias_world'.");
+                     "Whether select() aligns first, and selects inliers alone.");
   const auto def_option = [&bound](const char* name, double BlockOptions::*member, const char* doc) {
     bound.def_property(
         name, [member](const OwnGoodFeatures& self) { return self.block_options.*member; },
         [member](OwnGoodFeatures& self, double value) { self.block_options.*member = value; }, doc);
   };
-  def_option("map_sigma", &BlockOptions::map_sigma, "m, standard deviation of a point without a covariance.");
+  def_option("map_sigma", &BlockOptions::map_sigma,
+             "m, standard deviation of a point without a covariance, where others have one.");
   def_option("depth_sigma", &BlockOptions::depth_sigma, "m, standard deviation of a depth.");
-  def_option("min_depth", &BlockOptions::min_depth, "m: nearer matches are no candidates; 0: none.");
   def_select(bound, "select", "Returns the Selection of so many matches, or of all usable ones if there are fewer.",
              &select, py::arg("budget") = 200, py::kw_only());
 }
@@ -447,8 +423,8 @@ PYBIND11_MODULE(_core, module) {
   using namespace maxlogdet::python;
   class_of<maxlogdet::Camera>(module, "Camera", R"(A camera on a body: x right, y down, z forward, m; u and v in px.
 
-model: 'pinhole' (rectified images), 'radial_tangential' (OpenCV's), 'kannala_brandt' (its fisheye), 'double_sphere'.
-parameters: none; k1, k2, p1, p2, k3; k1, k2, k3, k4; or xi, alpha.
+model: 'pinhole' (rectified images), 'radial_tangential' (OpenCV's), 'kannala_brandt' (its fisheye).
+parameters: none; k1, k2, p1, p2, k3; or k1, k2, k3, k4.
 bf: of a stereo pinhole, baseline times fx, px m.
 cx_right: cx of the right image; None: the same.
 T_cb: body to camera, (3, 4) or (4, 4). None: the camera is the body.)")

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "simd/blocks.hpp"
+#include "simd/camera_models.hpp"
+
+#include <maxlogdet/feature_match.hpp>
 
 #include <cstddef>
 #include <cstdint>
@@ -50,9 +52,12 @@ enum class RobustWeight { huber, tukey, inliers };
 
 /// Consecutive matches of one camera, a whole number of alignment_lanes; lanes beyond the last match have a NaN point.
 struct AlignmentInput {
-  BlockInput frame;  ///< third, camera, T_bw, map_sigma, depth_sigma; map_covariances is null or not
-  bool by_map;       ///< W is plane::whitening, of the noise of measurement and map; else it is by sigma
-  double* planes;    ///< plane v of lane i is at planes[v * stride + i]
+  CameraInput camera;
+  const double* T_bw;  ///< 3 x 4 row-major, world to body
+  DepthCue third;      ///< what third rows measure
+  double depth_sigma;
+  bool by_map;     ///< W is plane::whitening, of the noise of measurement and map; else it is by sigma
+  double* planes;  ///< plane v of lane i is at planes[v * stride + i]
   std::size_t stride;
   float* errors;           ///< plane::error, rounded to float32
   std::size_t begin, end;  ///< lanes

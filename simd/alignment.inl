@@ -1,15 +1,9 @@
 // SPDX-License-Identifier: MIT
 // The steps of a robust alignment: see simd/alignment.hpp. Projections and derivatives are those of blocks.
 
+namespace maxlogdet::simd {
 namespace {
 
-using maxlogdet::simd::alignment_lanes;
-using maxlogdet::simd::AlignmentInput;
-using maxlogdet::simd::NormalSums;
-using maxlogdet::simd::robust_limits;
-using maxlogdet::simd::RobustWeight;
-using maxlogdet::simd::ThirdRows;
-namespace plane = maxlogdet::simd::plane;
 static_assert(alignment_lanes % double_lanes == 0, "whole packs");
 
 inline Doubles load(const AlignmentInput& input, std::size_t value, std::size_t i) {
@@ -29,26 +23,17 @@ struct Linearised {
   Mask exists, has_third;
 };
 
-/// Other cameras than pinholes are refused where the third row is a right column.
-template <DepthCue third>
-[[gnu::always_inline]] inline auto image_of(const CameraInput& camera, const Point& p_c) {
-  if constexpr (third == DepthCue::stereo) {
-    return maxlogdet::simd::Model<maxlogdet::CameraModel::pinhole>::project(camera.lens, p_c);
-  } else {
-    return maxlogdet::simd::project(camera, p_c);
-  }
-}
-
 template <DepthCue third>
 [[gnu::always_inline]] inline Linearised<third> linearise_at(const AlignmentInput& input, std::size_t i) {
-  const CameraInput& camera = input.frame.camera;
+  const CameraInput& camera = input.camera;
   Linearised<third> at;
-  at.p_b = transform(input.frame.T_bw, {load(input, plane::point, i), load(input, plane::point + 1, i),
-                                        load(input, plane::point + 2, i)});
+  at.p_b = transform(
+      input.T_bw, {load(input, plane::point, i), load(input, plane::point + 1, i), load(input, plane::point + 2, i)});
   const Point p = camera.T_cb == nullptr ? at.p_b : transform(camera.T_cb, at.p_b);
   at.p_c = p;
-  const auto image = image_of<third>(camera, p);
-  at.exists = maxlogdet::simd::image_jacobian(camera, image, at.J);
+  const Image<Doubles> image = image_of<third>(camera, p);
+  set_image_rows(camera, image, at.J);
+  at.exists = image.exists;
   const Doubles u = Doubles(camera.fx) * image.m_x + Doubles(camera.cx);
   at.e[0] = load(input, plane::measured, i) - u;
   at.e[1] = load(input, plane::measured + 1, i) - (Doubles(camera.fy) * image.m_y + Doubles(camera.cy));
@@ -65,8 +50,8 @@ template <DepthCue third>
     }
     at.e[2] = xsimd::select(at.has_third, at.e[2], Doubles(0.0));
   }
-  maxlogdet::simd::add_third_row<third>(camera.bf, p.z, at.has_third, at.J);
-  if (camera.T_cb != nullptr) maxlogdet::simd::rotate_to_body(camera.T_cb, at.J);
+  add_third_row<third>(camera.bf, p.z, at.has_third, at.J);
+  if (camera.T_cb != nullptr) rotate_to_body(camera.T_cb, at.J);
   return at;
 }
 
@@ -77,12 +62,14 @@ void whiten_lanes(const AlignmentInput& input) {
   constexpr int row_count = rows_with(third);
   for (std::size_t i = input.begin; i < input.end; i += double_lanes) {
     const auto at = linearise_at<third>(input, i);
-    const auto noise = maxlogdet::simd::noise_of(input.frame, load(input, plane::sigma, i), at.has_third, [&](int e) {
-      return load(input, plane::map_covariance + static_cast<std::size_t>(e), i);
-    });
+    Noise noise;
+    noise.sigma = load(input, plane::sigma, i);
+    noise.of_depth = Doubles(input.depth_sigma);
+    noise.has_third = at.has_third;
+    for (std::size_t e = 0; e < 6; ++e) noise.map[e] = load(input, plane::map_covariance + e, i);
     Doubles W[row_count][row_count];
-    const auto covariance = maxlogdet::simd::covariance_by_rows<third>(input.frame, noise, at.J);
-    const double fx = input.frame.camera.fx;
+    const auto covariance = covariance_of<third>(input.T_bw, noise, at.J);
+    const double fx = input.camera.fx;
     const Mask tells = covariance.entries[0][0] + covariance.entries[1][1] <= Doubles(fx * fx);
     const Mask valid = tells & whiten(noise, covariance, W);
     const Doubles none(std::numeric_limits<double>::quiet_NaN());
@@ -96,17 +83,15 @@ void whiten_lanes(const AlignmentInput& input) {
 template <DepthCue third>
 [[gnu::always_inline]] inline void weigh_by_map(const AlignmentInput& input, std::size_t i, Linearised<third>& at) {
   constexpr int row_count = rows_with(third);
-  Doubles W[row_count][row_count];
+  Doubles W[row_count][row_count], e[row_count][1];
   std::size_t entry = plane::whitening;
   for (int a = 0; a < row_count; ++a) {
     for (int b = 0; b <= a; ++b) W[a][b] = load(input, entry++, i);
+    e[a][0] = at.e[a];
   }
   multiply_by_lower(W, at.J);
-  for (int a = row_count - 1; a >= 0; --a) {
-    Doubles sum = W[a][a] * at.e[a];
-    for (int b = 0; b < a; ++b) sum += W[a][b] * at.e[b];
-    at.e[a] = sum;
-  }
+  multiply_by_lower(W, e);
+  for (int a = 0; a < row_count; ++a) at.e[a] = e[a][0];
 }
 
 template <DepthCue third>
@@ -114,7 +99,7 @@ template <DepthCue third>
   const Doubles weight = load(input, plane::weight, i);
   for (int a = 0; a < Linearised<third>::row_count; ++a) {
     const bool is_depth = third == DepthCue::depth && a == 2;
-    const Doubles of_row = is_depth ? Doubles(1 / input.frame.depth_sigma) : weight;
+    const Doubles of_row = is_depth ? Doubles(1 / input.depth_sigma) : weight;
     for (Doubles& entry : at.J[a]) entry *= of_row;
     at.e[a] *= of_row;
   }
@@ -191,7 +176,7 @@ ThirdRows count_third(const AlignmentInput& input, double limit) {
 
 // A limit of plane::error, whose unit is the median.
 template <int Rows>
-inline Doubles limit_of(double maxlogdet::simd::RobustLimits::*limit, const Mask& has_third, double scale_squared) {
+inline Doubles limit_of(double RobustLimits::*limit, const Mask& has_third, double scale_squared) {
   const auto& two = robust_limits[0];
   const auto& three = robust_limits[1];
   const Doubles of_two(two.*limit / two.median * scale_squared);
@@ -201,12 +186,11 @@ inline Doubles limit_of(double maxlogdet::simd::RobustLimits::*limit, const Mask
 
 template <RobustWeight weight, int Rows>
 inline Doubles weight_of(const Doubles& error, const Mask& has_third, double scale_squared) {
-  using maxlogdet::simd::RobustLimits;
   const Doubles zero(0.0), one(1.0);
   if constexpr (weight == RobustWeight::huber) {
     const Doubles ratio = limit_of<Rows>(&RobustLimits::huber, has_third, scale_squared) / error;
     const Doubles bounded = xsimd::select(ratio < one, xsimd::sqrt(ratio), one);  // 0 / 0 is NaN, and not below 1
-    return xsimd::select(ratio < Doubles(maxlogdet::simd::smallest_huber_ratio), zero, bounded);
+    return xsimd::select(ratio < Doubles(smallest_huber_ratio), zero, bounded);
   } else {
     const Doubles rest = one - error / limit_of<Rows>(&RobustLimits::tukey, has_third, scale_squared);
     return xsimd::select(rest > zero, rest * rest, zero);
@@ -354,7 +338,7 @@ NormalSums add_lanes(const AlignmentInput& input, RobustWeight weight, double sc
 // visitor(third) of the frame, as a constant.
 template <class Visitor>
 inline auto with_third(const AlignmentInput& input, const Visitor& visitor) {
-  switch (input.frame.third) {
+  switch (input.third) {
     case DepthCue::none: break;
     case DepthCue::stereo: return visitor(std::integral_constant<DepthCue, DepthCue::stereo>());
     case DepthCue::depth: return visitor(std::integral_constant<DepthCue, DepthCue::depth>());
@@ -382,12 +366,13 @@ ThirdRows count_third(const AlignmentInput& input, double limit) {
 }
 NormalSums add_normal_equations(const AlignmentInput& input, RobustWeight weight, double scale_squared) {
   return with_third(input, [&](auto third) {
-    const CameraInput& camera = input.frame.camera;
+    const CameraInput& camera = input.camera;
     if (input.by_map) return add_lanes<third(), true, false>(input, weight, scale_squared);
-    return camera.model == maxlogdet::CameraModel::pinhole && camera.T_cb == nullptr
+    return camera.model == CameraModel::pinhole && camera.T_cb == nullptr
                ? add_lanes<third(), false, true>(input, weight, scale_squared)
                : add_lanes<third(), false, false>(input, weight, scale_squared);
   });
 }
 
 }  // namespace
+}  // namespace maxlogdet::simd

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
 // What is asked of plain arrays of float32.
 
+namespace maxlogdet::simd {
 namespace {
-
-using maxlogdet::simd::rounded_bits;
 
 std::size_t list_tiles(const float* values, std::size_t count, float lower, float upper, Tile* list) {
   std::size_t found = 0;
@@ -65,18 +64,5 @@ float median(const float* values, std::size_t count, std::size_t& finite) {
   return end_of(low);
 }
 
-float largest_magnitude(const float* values, std::size_t count) {
-  Floats magnitudes(0.0F);
-  std::size_t i = 0;
-  for (; i + float_lanes <= count; i += float_lanes) {
-    magnitudes = xsimd::max(magnitudes, xsimd::abs(Floats::load_unaligned(values + i)));
-  }
-  float largest = largest_lane(magnitudes);
-  for (; i < count; ++i) {
-    const float magnitude = values[i] < 0 ? -values[i] : values[i];
-    largest = magnitude > largest ? magnitude : largest;
-  }
-  return largest;
-}
-
 }  // namespace
+}  // namespace maxlogdet::simd

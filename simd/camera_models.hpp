@@ -7,23 +7,23 @@
 #include <cstddef>
 #include <limits>
 
-// A camera model is a specialisation Model<CameraModel::NAME>, derived from DefaultModel, with
+// A camera model is a specialisation Model<CameraModel::NAME> with
 //
 //     static constexpr std::size_t parameter_count        of Camera::parameters
-//     static constexpr bool is_depth_along_z              whether min_depth bounds Z, or else |p_c|
-//     static Image<Number> project(lens, p)               for a double and for a pack of them
+//     static Image<Number> project(parameters, p)         for a double and for a pack of them
 //
-// and, unless the defaults suit it, are_valid and prepare. `project` takes + - * /, sqrt, abs, select, negated,
-// is_finite and angle_to_axis alone, so that images are the same bits on every instruction set; `exists` is
-// false where anything overflows. `prepare`, which runs once per camera, may use the C library. Internal linkage: a
-// weak symbol would let the linker run wide code on a narrow machine.
+// `project` takes + - * /, sqrt, abs, select, negated, is_finite and angle_to_axis alone, so that images are the same
+// bits on every instruction set; `exists` is false where anything overflows. Internal linkage: a weak symbol would let
+// the linker run wide code on a narrow machine.
 
 namespace maxlogdet::simd {
 
-/// The parameters of a camera, and what Model::prepare makes of them, once per camera.
-struct Lens {
-  const double* parameters;
-  double prepared;
+/// A camera on the body that the pose is of.
+struct CameraInput {
+  CameraModel model;
+  double fx, fy, cx, cy, bf;
+  const double* parameters;  ///< of the model
+  const double* T_cb;        ///< 3 x 4 row-major; nullptr: I, the camera is its own body
 };
 
 namespace {
@@ -61,12 +61,6 @@ inline ConditionOf<Number> is_finite(const Number& value) {
   return abs(value) <= Number(std::numeric_limits<double>::max());
 }
 
-struct DefaultModel {
-  /// Of finite parameters.
-  static bool are_valid(const double* /*parameters*/) { return true; }
-  static double prepare(const double* /*parameters*/) { return 0; }
-};
-
 template <CameraModel model>
 struct Model;
 
@@ -88,12 +82,11 @@ inline Number angle_to_axis(const Number& r, const Number& z, const Number& norm
 }
 
 template <>
-struct Model<CameraModel::pinhole> : DefaultModel {
+struct Model<CameraModel::pinhole> {
   static constexpr std::size_t parameter_count = 0;
-  static constexpr bool is_depth_along_z = true;
 
   template <class Number>
-  [[gnu::always_inline]] static Image<Number> project(const Lens& /*lens*/, const PointOf<Number>& p) {
+  [[gnu::always_inline]] static Image<Number> project(const double* /*parameters*/, const PointOf<Number>& p) {
     const Number zero(0.0);
     const Number inverse_z = Number(1.0) / p.z;
     return {p.x * inverse_z,
@@ -107,13 +100,11 @@ struct Model<CameraModel::pinhole> : DefaultModel {
 // With x = X / Z, y = Y / Z, G = d (m_x, m_y) / d (x, y) = [xx xy; xy yy] is symmetric; where it is not positive
 // definite, the image is folded.
 template <>
-struct Model<CameraModel::radial_tangential> : DefaultModel {
+struct Model<CameraModel::radial_tangential> {
   static constexpr std::size_t parameter_count = 5;
-  static constexpr bool is_depth_along_z = true;
 
   template <class Number>
-  [[gnu::always_inline]] static Image<Number> project(const Lens& lens, const PointOf<Number>& p) {
-    const double* const k = lens.parameters;
+  [[gnu::always_inline]] static Image<Number> project(const double* k, const PointOf<Number>& p) {
     const Number zero(0.0);
     const Number inverse_z = Number(1.0) / p.z;
     const Number x = p.x * inverse_z;
@@ -137,13 +128,11 @@ struct Model<CameraModel::radial_tangential> : DefaultModel {
 
 // m = d (X, Y) / r: along the radius it changes by d' / R, across it by d / r.
 template <>
-struct Model<CameraModel::kannala_brandt> : DefaultModel {
+struct Model<CameraModel::kannala_brandt> {
   static constexpr std::size_t parameter_count = 4;
-  static constexpr bool is_depth_along_z = false;
 
   template <class Number>
-  [[gnu::always_inline]] static Image<Number> project(const Lens& lens, const PointOf<Number>& p) {
-    const double* const k = lens.parameters;
+  [[gnu::always_inline]] static Image<Number> project(const double* k, const PointOf<Number>& p) {
     const Number zero(0.0);
     const Number one(1.0);
     const Number r_squared = p.x * p.x + p.y * p.y;
@@ -172,52 +161,6 @@ struct Model<CameraModel::kannala_brandt> : DefaultModel {
   }
 };
 
-// m = (X, Y) / D, dD = g (X dX + Y dY) + h dZ.
-template <>
-struct Model<CameraModel::double_sphere> : DefaultModel {
-  static constexpr std::size_t parameter_count = 2;
-  static constexpr bool is_depth_along_z = false;
-
-  static bool are_valid(const double* k) { return k[0] > -1 && k[1] >= 0 && k[1] <= 1; }
-
-  // -w_2 of the paper: points have an image only where Z / |p_c| is above this.
-  static double prepare(const double* k) {
-    const double xi = k[0];
-    const double alpha = k[1];
-    const double w1 = alpha > 0.5 ? (1 - alpha) / alpha : alpha / (1 - alpha);
-    return -(w1 + xi) / std::sqrt(2 * w1 * xi + xi * xi + 1);
-  }
-
-  template <class Number>
-  [[gnu::always_inline]] static Image<Number> project(const Lens& lens, const PointOf<Number>& p) {
-    const Number zero(0.0);
-    const Number one(1.0);
-    const Number xi(lens.parameters[0]);
-    const Number alpha(lens.parameters[1]);
-    const Number beta(1 - lens.parameters[1]);
-    const Number r_squared = p.x * p.x + p.y * p.y;
-    const Number norm_squared = r_squared + p.z * p.z;
-    const Number d1 = sqrt(norm_squared);
-    const Number k = xi * d1 + p.z;
-    const Number d2 = sqrt(r_squared + k * k);
-    const Number shift = xi / d1;
-    const Number share = alpha / d2;
-    const Number inverse = one / (alpha * d2 + beta * k);
-    const Number square = inverse * inverse;
-    const Number g = (share * (one + k * shift) + beta * shift) * square;
-    const Number by_z = (shift * p.z + one) * (share * k + beta) * square;
-    const Number xy = negated(g * p.x * p.y);
-    const Number rise = (inverse - g * r_squared) * p.z + by_z * r_squared;  // of |m| with the angle to the axis
-    const ConditionOf<Number> exists =
-        (inverse > zero) & (p.z > Number(lens.prepared) * d1) & (rise > zero) & is_finite(norm_squared);
-    return {p.x * inverse,
-            p.y * inverse,
-            {inverse - g * p.x * p.x, xy, negated(by_z * p.x)},
-            {xy, inverse - g * p.y * p.y, negated(by_z * p.y)},
-            exists};
-  }
-};
-
 /// visitor(Model<model>()); the model is one of the enumerators.
 template <class Visitor>
 [[gnu::always_inline]] inline auto with_model(CameraModel model, const Visitor& visitor) {
@@ -226,6 +169,23 @@ template <class Visitor>
   switch (model) { MAXLOGDET_CAMERA_MODELS(MAXLOGDET_CASE) }
 #undef MAXLOGDET_CASE
   return visitor(Model<CameraModel::pinhole>());
+}
+
+/// The image of p_c in the frame of that camera.
+template <class Number>
+[[gnu::always_inline]] inline Image<Number> project(const CameraInput& camera, const PointOf<Number>& p) {
+  return with_model(
+      camera.model, [&](auto model)
+                        __attribute__((always_inline)) { return decltype(model)::project(camera.parameters, p); });
+}
+
+/// The rows of u and v of J = d z / d p_c.
+template <class Number>
+inline void set_image_rows(const CameraInput& camera, const Image<Number>& image, Number (*J)[3]) {
+  for (int j = 0; j < 3; ++j) {
+    J[0][j] = Number(camera.fx) * image.x[j];
+    J[1][j] = Number(camera.fy) * image.y[j];
+  }
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 // Rank-one updates of the inverse factor in float64, the same bits on every instruction set: nothing
 // fused, and sums in one order.
 
+namespace maxlogdet::simd {
 namespace {
 
 // y = W h^T.
@@ -73,3 +74,4 @@ double add_rows(double* w, const double* rows, int count, float* narrow) {
 }
 
 }  // namespace
+}  // namespace maxlogdet::simd

@@ -2,7 +2,94 @@
 // Relative gains in float32, with one error bound for all (simd/gain_filter.hpp). Fused and unfused units give
 // different bits; the bounds of docs/numerics.md hold for both.
 
+namespace maxlogdet::simd {
 namespace {
+
+// Y Y^T, its upper triangle by rows, with Y = H W^T, column by column of Y: a longer chain of dependent operations than
+// row by row, but half of the registers. `load(e)` is entry e of a pack of blocks; multiply_add(x, y, z) is x y + z.
+template <int Rows, class Pack, class Load, class Number, class MultiplyAdd>
+inline void products_of_whitened(const Load& load, const Number* w, const MultiplyAdd& multiply_add,
+                                 Pack (&products)[Rows * (Rows + 1) / 2]) {
+  Pack h[Rows][dimension];
+  for (int a = 0; a < Rows; ++a) {
+    for (int d = 0; d < dimension; ++d) h[a][d] = load(static_cast<std::size_t>(dimension * a + d));
+  }
+#pragma GCC unroll 6
+  for (int c = 0; c < dimension; ++c) {
+    Pack y[Rows];
+#pragma GCC unroll 6
+    for (int d = 0; d <= c; ++d) {
+      const Pack weight(w[padded_dimension * c + d]);
+      for (int a = 0; a < Rows; ++a) y[a] = d == 0 ? weight * h[a][0] : multiply_add(weight, h[a][d], y[a]);
+    }
+    for (int a = 0, e = 0; a < Rows; ++a) {
+      for (int b = a; b < Rows; ++b, ++e) products[e] = c == 0 ? y[a] * y[b] : multiply_add(y[a], y[b], products[e]);
+    }
+  }
+}
+
+// Factored blocks, A [ I | -[X]x ]: nine numbers instead of eighteen, and products with W through the point.
+
+// A pack of them, A upper triangular, X = (x, y, z).
+struct FactoredBlock {
+  Floats a00, a01, a02, a11, a12, a22, x, y, z;
+};
+
+// Entry e at entries + offset(e).
+template <class Offset>
+inline FactoredBlock load_factored(const float* entries, const Offset& offset) {
+  const auto at = [&](std::size_t e) { return Floats::load_unaligned(entries + offset(e)); };
+  return {at(0), at(1), at(2), at(3), at(4), at(5), at(6), at(7), at(8)};
+}
+
+// A column of Y, c in 0 .. 5, for a factored block: y = A (w_t - X x w_r), row c of W being (w_t, w_r). With a
+// constant c the zeros of W cost nothing.
+inline void whiten_column(const FactoredBlock& b, const float* w, int c, Floats (&y)[3]) {
+  const float* const row = w + padded_dimension * c;
+  if (c == 0) {
+    y[0] = b.a00 * Floats(row[0]);
+    y[1] = y[2] = Floats(0.0F);
+  } else if (c == 1) {
+    y[0] = multiply_add(b.a01, Floats(row[1]), b.a00 * Floats(row[0]));
+    y[1] = b.a11 * Floats(row[1]);
+    y[2] = Floats(0.0F);
+  } else {
+    Floats z0(row[0]);
+    Floats z1(row[1]);
+    Floats z2(row[2]);
+    if (c > 2) {
+      z1 = minus_product(b.z, Floats(row[3]), z1);
+      z2 = multiply_add(b.y, Floats(row[3]), z2);
+    }
+    if (c > 3) {
+      z0 = multiply_add(b.z, Floats(row[4]), z0);
+      z2 = minus_product(b.x, Floats(row[4]), z2);
+    }
+    if (c > 4) {
+      z0 = minus_product(b.y, Floats(row[5]), z0);
+      z1 = multiply_add(b.x, Floats(row[5]), z1);
+    }
+    y[0] = multiply_add(b.a02, z2, multiply_add(b.a01, z1, b.a00 * z0));
+    y[1] = multiply_add(b.a12, z2, b.a11 * z1);
+    y[2] = b.a22 * z2;
+  }
+}
+
+inline void add_products(const Floats (&y)[3], int c, Floats (&products)[6]) {
+  const auto add = [](const Floats& a, const Floats& b, bool is_first, Floats& sum) {
+    sum = is_first ? a * b : multiply_add(a, b, sum);
+  };
+  add(y[0], y[0], c == 0, products[0]);
+  if (c > 0) {
+    add(y[0], y[1], c == 1, products[1]);
+    add(y[1], y[1], c == 1, products[3]);
+  }
+  if (c > 1) {
+    add(y[0], y[2], c == 2, products[2]);
+    add(y[1], y[2], c == 2, products[4]);
+    add(y[2], y[2], c == 2, products[5]);
+  }
+}
 
 static_assert(tile_size % float_lanes == 0, "a tile is a number of packs");
 
@@ -116,3 +203,4 @@ Evaluated evaluate_listed(const Tiles& tiles, const float* w, const Tile* list, 
 }
 
 }  // namespace
+}  // namespace maxlogdet::simd

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Candidates gathered into tiles of similar gains.
 
+namespace maxlogdet::simd {
 namespace {
 
 // Transposes every 4 x 4 floats of four packs: between planes or tiles (one entry per row) and records (one candidate
@@ -18,7 +19,7 @@ inline void transpose(Floats (&m)[4]) {
 
 template <Form form>
 void make_records(const Planes& planes, std::size_t count, float* records) {
-  constexpr std::size_t size = maxlogdet::simd::record_size(form);
+  constexpr std::size_t size = record_size(form);
   constexpr std::size_t entries = entries_of(form);
   for (std::size_t i = 0; i < count; i += float_lanes, records += float_lanes * size) {
     float* to[float_lanes];
@@ -35,8 +36,8 @@ void make_records(const Planes& planes, std::size_t count, float* records) {
 }
 
 template <Form form>
-void gather(const float* records, const Candidate* listed, std::size_t count, float* tiles) {
-  constexpr std::size_t size = maxlogdet::simd::record_size(form);
+void gather(const float* records, const Index* listed, std::size_t count, float* tiles) {
+  constexpr std::size_t size = record_size(form);
   constexpr std::size_t entries = entries_of(form);
   for (std::size_t j = 0; j < count; j += tile_size, tiles += entries * tile_size) {
     for (std::size_t lane = 0; lane < tile_size; lane += float_lanes) {
@@ -53,3 +54,4 @@ void gather(const float* records, const Candidate* listed, std::size_t count, fl
 }
 
 }  // namespace
+}  // namespace maxlogdet::simd

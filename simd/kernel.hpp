@@ -31,7 +31,7 @@ struct Evaluated {
 /// The blocks in the lanes of tiles, as they are stored: candidate[i] is in lane i; null in the order of the store.
 struct BlocksOfLanes {
   Planes planes;
-  const Candidate* candidate;
+  const Index* candidate;
 };
 
 /// Rounds in float32 (simd/round.hpp), per form; W rounded to float32. Fused multiply-adds, if the instruction set has
@@ -65,7 +65,7 @@ struct LayoutFunctions {
 
   /// Copies the listed candidates to consecutive lanes: entry e of candidate listed[16 t + l] to
   /// tiles[(entries * t + e) * 16 + l]. `count` is a multiple of 16.
-  void (*gather)(const float* records, const Candidate* listed, std::size_t count, float* tiles);
+  void (*gather)(const float* records, const Index* listed, std::size_t count, float* tiles);
 };
 
 /// float64, in one fixed order of operations: the same bits on every instruction set, but for `evaluate`, which only
@@ -73,8 +73,7 @@ struct LayoutFunctions {
 struct ExactFunctions {
   /// relative_gains[j], not below 0, of candidate listed[j]: det(M + H^T H) / det(M) - 1 = det(I + Y Y^T) - 1. Without
   /// the 1, gains far below 2^-53 keep their digits.
-  void (*decide)(const Planes& planes, const double* w, const Candidate* listed, std::size_t count,
-                 double* relative_gains);
+  void (*decide)(const Planes& planes, const double* w, const Index* listed, std::size_t count, double* relative_gains);
 
   /// Evaluates the same, rounded to float32, in the tiles listed: `gains` and `highest` of `arrays`. By elimination it
   /// takes half of the time, and is off by more (docs/numerics.md).
@@ -84,13 +83,7 @@ struct ExactFunctions {
   /// traces[i] = |Y|_F^2 of candidate i in [0, count), its term of tr(M^-1 sum of H^T H). Reads and writes up to 7
   /// more.
   void (*traces)(const Planes& planes, const double* w, std::size_t count, double* traces);
-
-  /// sums, 6 x 6: H^T H summed over the candidates i in [0, count) with counted[i] != 0; at least `count` + 7 floats of
-  /// a plane can be read. Each entry takes at most `sum_roundings` additions in a row.
-  void (*sum_information)(const Planes& planes, const unsigned char* counted, std::size_t count, double* sums);
 };
-
-constexpr double sum_roundings(std::size_t count, int rows) { return (static_cast<double>(count) / 8 + 1) * rows + 8; }
 
 /// Updates of W, in float64, the same bits on every instruction set.
 struct FactorFunctions {
@@ -99,10 +92,10 @@ struct FactorFunctions {
   double (*add_rows)(double* w, const double* rows, int count, float* narrow);
 };
 
-/// Plain arrays of float32.
 /// Medians have 23 - 11 bits after the first: 2^-12 is far below the error of a median.
 constexpr std::uint32_t rounded_bits = 11;
 
+/// Plain arrays of float32.
 struct ArrayFunctions {
   /// Lists the positions in [0, count) with lower <= values[i] < upper, in order; returns how many. No value reaches an
   /// `upper` of NaN. Reads up to the next multiple of 16; up to 16 more than are listed may be written.

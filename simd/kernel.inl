@@ -4,43 +4,15 @@
 // internal linkage or is inlined: a weak symbol would let the linker run wide code on a narrow machine
 // (tests/checks/check_symbols looks).
 
-#include "simd/alignment.hpp"
-#include "simd/jacobian.hpp"
 #include "simd/kernel.hpp"
-#include "simd/triangle.hpp"
-#include "simd/whitening.hpp"
 #include "simd/xsimd_compat.hpp"
 
 #include <cstring>
 #include <limits>
 #include <type_traits>
 
+namespace maxlogdet::simd {
 namespace {
-
-using maxlogdet::Candidate;
-using maxlogdet::Lane;
-using maxlogdet::Tile;
-using maxlogdet::simd::any_candidate;
-using maxlogdet::simd::BlocksOfLanes;
-using maxlogdet::simd::dimension;
-using maxlogdet::simd::entries_of;
-using maxlogdet::simd::Evaluated;
-using maxlogdet::simd::factored;
-using maxlogdet::simd::Form;
-using maxlogdet::simd::number;
-using maxlogdet::simd::one_row;
-using maxlogdet::simd::padded_dimension;
-using maxlogdet::simd::plane_of;
-using maxlogdet::simd::Planes;
-using maxlogdet::simd::point_plane;
-using maxlogdet::simd::Round;
-using maxlogdet::simd::RoundArrays;
-using maxlogdet::simd::rows_of;
-using maxlogdet::simd::three_rows;
-using maxlogdet::simd::tile_size;
-using maxlogdet::simd::TileLine;
-using maxlogdet::simd::Tiles;
-using maxlogdet::simd::two_rows;
 
 // A pack holds one candidate, or match, in each lane; it is as wide as this unit's flags allow.
 constexpr std::size_t double_lanes = Doubles::size;
@@ -62,26 +34,18 @@ inline void store_narrow(const Doubles& values, float* to) {
 }
 
 }  // namespace
+}  // namespace maxlogdet::simd
 
 #include "simd/arrays.inl"
-#include "simd/factored_gains.inl"
-#include "simd/matches.inl"
-#include "simd/products.inl"
+#include "simd/gains.inl"
+#include "simd/whitening.inl"
 
 // These use the ones above.
-#include "simd/exact_gains.inl"
-#include "simd/factor_updates.inl"
-#include "simd/factors_along_ray.inl"
-#include "simd/factors_by_jacobian.inl"
-#include "simd/gains.inl"
-#include "simd/gather.inl"
-#include "simd/jacobians.inl"
-#include "simd/sums.inl"
-
-// These use those.
 #include "simd/alignment.inl"
 #include "simd/blocks.inl"
-#include "simd/gains_in_float64.inl"
+#include "simd/exact_gains.inl"
+#include "simd/factor_updates.inl"
+#include "simd/gather.inl"
 #include "simd/rounds.inl"
 
 namespace maxlogdet::simd {
@@ -97,7 +61,7 @@ constexpr RoundFunctions round_functions() {
 }
 template <int Rows>
 constexpr ExactFunctions exact_functions() {
-  return {decide<Rows>, evaluate_in_float64<Rows>, traces<Rows>, sum_information<Rows>};
+  return {decide<Rows>, evaluate_in_float64<Rows>, traces<Rows>};
 }
 
 }  // namespace

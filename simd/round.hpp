@@ -2,7 +2,7 @@
 #pragma once
 
 #include "simd/gain_filter.hpp"
-#include "simd/indices.hpp"
+#include "simd/layouts.hpp"
 
 #include <cstddef>
 #include <limits>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // A round: which tiles to evaluate, who survives, and what is kept for later rounds.
 
+namespace maxlogdet::simd {
 namespace {
 
 // Which of a pack of tiles are evaluated.
@@ -79,3 +80,4 @@ std::size_t run_round(const Tiles& tiles, const float* w, Round& round, Lane* su
 }
 
 }  // namespace
+}  // namespace maxlogdet::simd

@@ -23,6 +23,7 @@
 //   - max(x, NaN) is x or NaN, depending on the instruction set: exclude NaN before;
 //   - load_aligned asserts its alignment in xsimd 14 (without NDEBUG) and not in 8.1.
 
+namespace maxlogdet::simd {
 namespace {
 
 using Floats = xsimd::batch<float>;
@@ -35,7 +36,8 @@ inline TwoDoubles pair(double first, double second) { return TwoDoubles{first, s
 // can (AVX2, AVX-512, NEON) and twice on SSE2: for values with an error bound, not for those that must be the same bits
 // everywhere.
 #if XSIMD_VERSION_MAJOR >= 14
-inline std::uint32_t lane_mask(const Floats::batch_bool_type& condition) {
+template <class Number>
+inline std::uint32_t lane_mask(const xsimd::batch_bool<Number>& condition) {
   return static_cast<std::uint32_t>(condition.mask());
 }
 inline Floats multiply_add(const Floats& x, const Floats& y, const Floats& z) { return xsimd::fma(x, y, z); }
@@ -53,6 +55,19 @@ inline std::uint32_t lane_mask(const Floats::batch_bool_type& condition) {
   return vaddvq_u32(vandq_u32(condition, bits));
 #else
   return static_cast<std::uint32_t>(_mm_movemask_ps(condition));
+#endif
+}
+inline std::uint32_t lane_mask(const Doubles::batch_bool_type& condition) {
+#if defined(__AVX512F__)
+  const __mmask8 mask = condition;
+  return mask;
+#elif defined(__AVX__)
+  return static_cast<std::uint32_t>(_mm256_movemask_pd(condition));
+#elif defined(__aarch64__)
+  const uint64x2_t bits = {1, 2};
+  return static_cast<std::uint32_t>(vaddvq_u64(vandq_u64(condition, bits)));
+#else
+  return static_cast<std::uint32_t>(_mm_movemask_pd(condition));
 #endif
 }
 
@@ -100,10 +115,10 @@ inline float largest_lane(const Floats& x) {
 }
 
 // Writes first + i for every lane i that is true, in order, and returns how many; up to a whole pack is written.
-// `Index` is an enumeration of 32 bits.
-template <class Index>
-inline std::size_t list_lanes(const Floats::batch_bool_type& condition, Index first, Index* list) {
-  static_assert(sizeof(Index) == sizeof(std::uint32_t), "lists are of 32 bits");
+// `Number` is an enumeration of 32 bits.
+template <class Number>
+inline std::size_t list_lanes(const Floats::batch_bool_type& condition, Number first, Number* list) {
+  static_assert(sizeof(Number) == sizeof(std::uint32_t), "lists are of 32 bits");
   std::uint32_t bits = lane_mask(condition);
 #if defined(__AVX512F__)
   if (bits == 0) return 0;  // as usual
@@ -115,13 +130,13 @@ inline std::size_t list_lanes(const Floats::batch_bool_type& condition, Index fi
   constexpr std::uint32_t all = (std::uint32_t{1} << Floats::size) - 1;
   if (bits == all) {  // as where every tile is evaluated
     for (std::uint32_t i = 0; i < Floats::size; ++i)
-      list[i] = static_cast<Index>(static_cast<std::uint32_t>(first) + i);
+      list[i] = static_cast<Number>(static_cast<std::uint32_t>(first) + i);
     return Floats::size;
   }
   std::size_t found = 0;
   for (; bits != 0; bits &= bits - 1) {
     list[found++] =
-        static_cast<Index>(static_cast<std::uint32_t>(first) + static_cast<std::uint32_t>(__builtin_ctz(bits)));
+        static_cast<Number>(static_cast<std::uint32_t>(first) + static_cast<std::uint32_t>(__builtin_ctz(bits)));
   }
   return found;
 #endif
@@ -176,3 +191,4 @@ inline Floats zip_high(const Floats& x, const Floats& y) {
 }
 
 }  // namespace
+}  // namespace maxlogdet::simd

@@ -3,6 +3,7 @@
 
 #include "bench/world/draws.hpp"
 #include "bench/world/latency.hpp"
+#include "bench/world/projection.hpp"
 #include "bench/world/scene.hpp"
 
 #include <maxlogdet/eigen.hpp>
@@ -68,10 +69,8 @@ std::vector<std::string> row_of(const std::string& grid, double epsilon, const s
 std::vector<EpsilonOutcome> run_epsilon(const EpsilonOptions& options, std::size_t n, std::uint64_t run) {
   Draws seeds(options.seed, run);
   const Frame frame = make_scene(Scene::euroc_like, n, seeds.bits());
-  BlockOptions block_options;
-  block_options.weighting = Weighting::map_bias;
   BlockStore blocks;
-  build_blocks(frame, block_options, blocks);
+  for (const Match& match : frame.matches) append_paper_block(pose_of(frame.T_cw_prior), match, blocks);
   Selector selector(n);
   std::vector<EpsilonOutcome> outcomes;
   for (const double share : options.shares) {

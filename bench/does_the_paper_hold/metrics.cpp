@@ -4,6 +4,7 @@
 #include "bench/does_the_paper_hold/estimate.hpp"
 #include "bench/world/draws.hpp"
 #include "bench/world/pose_optimizer.hpp"
+#include "bench/world/projection.hpp"
 #include "bench/world/scene.hpp"
 
 #include <maxlogdet/eigen.hpp>
@@ -176,11 +177,9 @@ MetricsRun run_metrics(const MetricsOptions& options, std::uint64_t run) {
   const MetricsScene scene = draw_metrics_scene(options, run);
   MetricsRun errors;
   for (const double noise : options.noises) {
-    BlockOptions block_options;
-    block_options.weighting = Weighting::map_bias;
     BlockStore blocks;
     const Frame frame = scene.frame(noise);
-    build_blocks(frame, block_options, blocks);
+    for (const Match& match : frame.matches) append_paper_block(pose_of(frame.T_cw_prior), match, blocks);
     errors.emplace_back();
     for (std::size_t s = 0; s < std::size(metrics_selectors); ++s) {
       const bool is_metric = s < std::size(greedy_metrics);

@@ -65,8 +65,7 @@ struct PoseError {
 /// The errors of a run, by noise, selector and size.
 using MetricsRun = std::vector<std::vector<std::vector<PoseError>>>;
 
-/// Computes a run: deterministic in options and run. Poses are by Gauss-Newton; metrics see the paper's H_c
-/// (Weighting::map_bias).
+/// Computes a run: deterministic in options and run. Poses are by Gauss-Newton; metrics see the paper's H_c.
 MetricsRun run_metrics(const MetricsOptions& options, std::uint64_t run);
 
 /// By noise, size and selector, the root mean square over runs of both errors, with its interval (jackknife).

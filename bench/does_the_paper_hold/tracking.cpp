@@ -110,7 +110,6 @@ SelectorSettings paper_selector(SelectorKind kind, std::size_t budget) {
   SelectorSettings settings;
   settings.kind = kind;
   settings.budget = budget;
-  settings.blocks.weighting = Weighting::map_bias;
   settings.search.strategy = Strategy::lazy_greedy;
   settings.search.threads = 1;
   return settings;

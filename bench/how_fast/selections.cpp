@@ -26,9 +26,8 @@ namespace {
 constexpr const char* nearly_equal_gains = "nearly_equal_gains";
 constexpr const char* real_frames = "real_frames";
 
-constexpr Kind two_rows{"2_rows", Weighting::map_bias, DepthCue::none};
-constexpr Kind three_rows{"3_rows", Weighting::map_bias, DepthCue::stereo};
-constexpr Kind two_rows_measurement{"2_rows_measurement", Weighting::measurement, DepthCue::none};
+constexpr Kind two_rows{"2_rows", DepthCue::none, false};
+constexpr Kind three_rows{"3_rows", DepthCue::stereo, false};
 
 struct Case {
   std::string kind = "grid";
@@ -53,11 +52,8 @@ struct Case {
 };
 
 BlockStore store_of(const sim::Frame& frame, const Kind& kind) {
-  BlockOptions options;
-  options.weighting = kind.weighting;
-  options.depth_cue = kind.depth_cue;
   BlockStore blocks(frame.matches.size());
-  build_blocks(frame, options, blocks);
+  build_blocks(frame, feature_matches(frame, kind.depth_cue), BlockOptions(), blocks);
   return blocks;
 }
 
@@ -165,11 +161,10 @@ void add_grid() {
 }
 
 void add_other_frames() {
-  std::vector<Case> others(4);
+  std::vector<Case> others(3);
   others[0].blocks = three_rows;
-  others[1].blocks = two_rows_measurement;
-  others[2].family = nearly_equal_gains;
-  others[3].family = real_frames;
+  others[1].family = nearly_equal_gains;
+  others[2].family = real_frames;
   if (real_frames_folder().empty()) {
     std::fprintf(stderr, "real frames are skipped: their folder is missing; MAXLOGDET_DATA names it\n");
     others.pop_back();

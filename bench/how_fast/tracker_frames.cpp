@@ -8,6 +8,7 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
+#include <array>
 #include <cmath>
 #include <map>
 #include <string>
@@ -17,15 +18,15 @@ namespace maxlogdet::bench {
 namespace {
 
 constexpr double metres_since_triangulation = 3;
-constexpr double triangulation_sigma = 0.5;  // px
+constexpr double triangulation_sigma = 0.5;  // px, times the match's own
 constexpr double share_of_wrong = 0.12;
 constexpr double prediction_error[] = {0.02, 0.1 * sim::radians};  // m, rad
 
-}  // namespace
-
-std::vector<std::array<double, 9>> stereo_covariances(const sim::Frame& frame, double distance, double sigma) {
+// Of the frame's points, if a stereo pair with its camera has triangulated them from behind its prior pose:
+// (J R)^-1 sigma^2 (J R)^-T. All points are in front of that pair.
+std::vector<std::array<double, 9>> stereo_covariances(const sim::Frame& frame) {
   sim::Pose T_cw = sim::pose_of(frame.T_cw_prior);
-  T_cw.pretranslate(Eigen::Vector3d(0, 0, distance));
+  T_cw.pretranslate(Eigen::Vector3d(0, 0, metres_since_triangulation));
   std::vector<std::array<double, 9>> covariances;
   for (sim::Match match : frame.matches) {
     match.u_right = 0;  // stereo; the Jacobian does not depend on the value
@@ -34,23 +35,24 @@ std::vector<std::array<double, 9>> stereo_covariances(const sim::Frame& frame, d
     const Eigen::Matrix3d inverse = at.H_p.inverse();
     covariances.emplace_back();
     Eigen::Map<Eigen::Matrix3d>(covariances.back().data()) =
-        sigma * sigma / match.inv_sigma2 * inverse * inverse.transpose();
+        triangulation_sigma * triangulation_sigma / match.inv_sigma2 * inverse * inverse.transpose();
   }
   return covariances;
 }
 
+}  // namespace
+
 TrackerFrame::TrackerFrame(const Kind& kind, std::size_t n, std::uint64_t seed)
     : frame(make_scene(sim::Scene::kitti_like, n, seed)) {
-  options.weighting = kind.weighting;
-  options.depth_cue = kind.depth_cue;
-  if (kind.weighting == Weighting::measurement_and_map) {
-    frame.map_covariances = stereo_covariances(frame, metres_since_triangulation, triangulation_sigma);
+  if (kind.has_covariances) frame.map_covariances = stereo_covariances(frame);
+  exact = feature_matches(frame, kind.depth_cue);
+  for (FeatureMatch& match : exact) {
+    if (kind.depth_cue == DepthCue::stereo) match.u_right = 0;  // blocks do not depend on the value
   }
-  arrays = sim::MatchArrays(frame);
-  measure(seed);
+  measure(kind, seed);
 }
 
-void TrackerFrame::measure(std::uint64_t seed) {
+void TrackerFrame::measure(const Kind& kind, std::uint64_t seed) {
   sim::Draws draws(seed, 1);
   sim::Vector6 off;
   for (int i : {0, 1}) off.segment<3>(3 * i) = prediction_error[i] * draws.normal3(1).normalized();
@@ -71,16 +73,11 @@ void TrackerFrame::measure(std::uint64_t seed) {
     }
     measured.emplace_back(point, Eigen::Vector2d(match.u + noise[0], match.v + noise[1]), sigma);
     measured.back().covariance = covariance;
-    if (options.depth_cue == DepthCue::stereo && match.is_stereo()) measured.back().u_right = match.u_right + noise[2];
+    if (kind.depth_cue == DepthCue::stereo && match.is_stereo()) measured.back().u_right = match.u_right + noise[2];
   }
 }
 
-void TrackerFrame::build(BlockStore& blocks) const {
-  Matches matches = arrays.view();
-  matches.has_depth_cue = nullptr;  // null: all matches have one
-  blocks.clear();
-  append_blocks(frame.camera, RigidTransform::row_major(frame.T_cw_prior.data()), matches, options, blocks);
-}
+void TrackerFrame::build(BlockStore& blocks) const { build_blocks(frame, exact, BlockOptions(), blocks); }
 
 const TrackerFrames& frames_of(const Kind& kind, std::size_t n) {
   static std::map<std::pair<std::string, std::size_t>, TrackerFrames> kept;

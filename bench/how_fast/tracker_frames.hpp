@@ -5,7 +5,6 @@
 
 #include <maxlogdet/maxlogdet.hpp>
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <deque>
@@ -17,17 +16,12 @@ namespace maxlogdet::bench {
 
 struct Kind {
   const char* name;
-  Weighting weighting;
   DepthCue depth_cue;
+  bool has_covariances;
 };
-constexpr Kind monocular{"monocular", Weighting::measurement, DepthCue::none};
-constexpr Kind stereo{"stereo_with_covariances", Weighting::measurement_and_map, DepthCue::stereo};
+constexpr Kind monocular{"monocular", DepthCue::none, false};
+constexpr Kind stereo{"stereo_with_covariances", DepthCue::stereo, true};
 constexpr Kind kinds[] = {monocular, stereo};
-
-/// Covariances of a frame's points, one per match, 3 x 3, world frame, m^2, if a stereo pair with the frame's camera
-/// triangulated them from `distance` m behind its prior pose with standard deviations of `sigma` px times the match's
-/// own: (J R)^-1 sigma^2 (J R)^-T. All points are in front of that pair.
-std::vector<std::array<double, 9>> stereo_covariances(const sim::Frame& frame, double distance, double sigma);
 
 /// A frame of n matches.
 struct TrackerFrame {
@@ -37,9 +31,8 @@ struct TrackerFrame {
 
   void build(BlockStore& blocks) const;
 
-  sim::Frame frame;  ///< without noise, at the true pose
-  BlockOptions options;
-  sim::MatchArrays arrays;
+  sim::Frame frame;                 ///< without noise, at the true pose
+  std::vector<FeatureMatch> exact;  ///< its matches; of a stereo frame all are stereo
 
   // What a tracker has before it aligns: measurements, and points that have covariances, with noise as modelled, 12 %
   // of the matches moved by 5 to 40 px, and a pose that is off by 2 cm and 0.1 degrees.
@@ -48,7 +41,7 @@ struct TrackerFrame {
   RigidTransform T_predicted = nullptr;
 
  private:
-  void measure(std::uint64_t seed);
+  void measure(const Kind& kind, std::uint64_t seed);
 };
 
 constexpr std::size_t frame_count = 4;  ///< of each kind: branch predictors would learn a single frame

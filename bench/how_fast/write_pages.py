@@ -110,7 +110,6 @@ POINTS = [  # label, what differs from the base point
     *((f"n = {n}", {"n": n}) for n in ("200", "20000")),
     ("k = 200", {"k": "200"}),
     ("blocks of three rows", {"blocks": "3_rows"}),
-    ("weighting `measurement`", {"blocks": "2_rows_measurement"}),
     *((ISAS[isa], {"isa": isa}) for isa in ("sse2", "avx2")),
     ("frame with nearly equal gains", {"family": "nearly_equal_gains"}),
     ("recorded frames, n about 300", {"family": "real_frames"}),

@@ -77,12 +77,11 @@ int main() {
   nlohmann::ordered_json rows;
   for (const sim::Scene scene : sim::scenes) {
     for (const DepthCue depth_cue : {DepthCue::none, DepthCue::stereo}) {
-      for (const Weighting weighting : {Weighting::map_bias, Weighting::measurement}) {
-        BlockOptions options;
-        options.weighting = weighting;
-        options.depth_cue = depth_cue;
+      for (const bool has_covariances : {false, true}) {
+        sim::Frame frame = make_scene(scene, n, 1);
+        if (has_covariances) frame.map_covariances.assign(n, {0.0025, 0, 0, 0, 0.0025, 0, 0, 0, 0.0025});  // 5 cm
         BlockStore store(n);
-        build_blocks(make_scene(scene, n, 1), options, store);
+        build_blocks(frame, feature_matches(frame, depth_cue), BlockOptions(), store);
         rows.push_back(measured(store));
       }
     }

@@ -2,6 +2,7 @@
 #include "bench/world/feature_selector.hpp"
 
 #include "bench/world/executor.hpp"
+#include "bench/world/projection.hpp"
 
 #include <algorithm>
 #include <numeric>
@@ -80,8 +81,9 @@ Indices FeatureSelector::spread_over_cells(const Frame& frame, const Indices& ca
 }
 
 Indices FeatureSelector::search(const Frame& frame, const Indices& candidates) {
-  const BlockReport report = build_blocks(frame, MatchArrays(frame, candidates), settings_.blocks, blocks_);
-  if (report.appended == 0) throw std::invalid_argument(std::string("blocks: ") + to_string(report.error));
+  const Pose T_cw = pose_of(frame.T_cw_prior);
+  blocks_.clear();
+  for (const std::uint32_t i : candidates) append_paper_block(T_cw, frame.matches[i], blocks_);
   if (selector_.capacity() < blocks_.size()) selector_ = Selector(2 * blocks_.size(), executor());
   Options options = settings_.search;
   options.budget = std::min(settings_.budget, blocks_.size());

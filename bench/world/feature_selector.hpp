@@ -18,7 +18,7 @@ enum class SelectorKind {
   bucket,         ///< uniform over image cells (Geiger et al. 2011): one random match of each cell in turn
   observability,  ///< largest smallest singular value of the observability matrix, which needs earlier poses:
                   ///< PoseTracker
-  md,             ///< Max-logDet: this library
+  md,             ///< Max-logDet: this library, of the paper's blocks
   quality_md,     ///< Max-logDet of a pool of the best by quality
   random,         ///< uniformly at random
   inl,            ///< all inliers of an explicit outlier rejection
@@ -43,7 +43,6 @@ struct SelectorSettings {
   std::size_t pool = 200;  ///< quality_md
   ImageGrid grid{10, 8};   ///< bucket
   double epsilon = 0.1;    ///< observability: samples as Algorithm 1 does, ceil(n/k ln(1/epsilon)) a round
-  BlockOptions blocks;     ///< md, quality_md: weighting, third row
   Options search;          ///< md, quality_md: strategy and its parameters, prior; its budget is ignored
   std::uint64_t seed = 0;  ///< bucket, observability, random
 };

@@ -63,11 +63,10 @@ struct Frame {
   std::vector<std::string> unknown_columns;            ///< of the file, ignored: perhaps misspelt
 };
 
-/// Gives matches of unknown covariance map_sigma^2 I where others have a covariance, as GoodFeatures does.
-void fill_unknown_covariances(Frame& frame, double map_sigma);
-
-/// Returns a match as GoodFeatures takes it, with what the frame's camera measures besides u and v; without covariance.
+/// Returns a match as the library takes it, with this measurement besides u and v; without covariance.
 FeatureMatch feature_match(const Match& match, DepthCue depth_cue);
+/// Returns those of a frame, with the covariances that are known: pointers into the frame.
+std::vector<FeatureMatch> feature_matches(const Frame& frame, DepthCue depth_cue);
 
 /// Returns a map point in the camera frame of the frame's prior pose, m.
 std::array<double, 3> in_camera(const Frame& frame, const Match& match);
@@ -82,31 +81,8 @@ struct ImageGrid {
   std::uint32_t cell_of(const Frame& frame, const Match& match) const;
 };
 
-/// A frame's matches as the plain arrays that append_blocks reads; sigma is 1 / sqrt(inv_sigma2), and the matches with
-/// a right-image column or a depth are those that have a third measurement.
-class MatchArrays {
- public:
-  MatchArrays() = default;
-  explicit MatchArrays(const Frame& frame);
-  /// The matches with these indices, in that order.
-  MatchArrays(const Frame& frame, const std::vector<std::uint32_t>& subset);
-
-  /// Views into this object.
-  Matches view() const noexcept;
-
- private:
-  void add(const Frame& frame, std::size_t i);
-
-  std::vector<double> points_;
-  std::vector<double> sigmas_;
-  std::vector<double> map_covariances_;
-  std::vector<unsigned char> has_depth_cue_;
-  std::vector<std::uint8_t> camera_ids_;  // empty without a rig
-};
-
-/// Refills `blocks` with a block for each match, under the match's index, at the frame's prior pose.
-BlockReport build_blocks(const Frame& frame, const MatchArrays& matches, const BlockOptions& options,
+/// Refills `blocks` with a block for each of the matches, by the camera and at the prior pose of the frame.
+BlockReport build_blocks(const Frame& frame, const std::vector<FeatureMatch>& matches, const BlockOptions& options,
                          BlockStore& blocks);
-BlockReport build_blocks(const Frame& frame, const BlockOptions& options, BlockStore& blocks);
 
 }  // namespace maxlogdet::sim

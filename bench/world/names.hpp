@@ -14,7 +14,6 @@
 namespace maxlogdet::sim {
 
 using maxlogdet::strategies;
-using maxlogdet::weightings;
 
 /// Returns the names of a list, in its order.
 template <class Enum, std::size_t n>

@@ -3,9 +3,6 @@
 
 #include "bench/world/projection.hpp"
 
-#include <maxlogdet/eigen.hpp>
-#include <maxlogdet/match_information.hpp>
-
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
@@ -176,32 +173,32 @@ Whitening measurement_whitening(const FrameCamera& camera, const Match& match) {
 
 Whitening whitening_of(const FrameCamera& camera, const Pose& T_cw, const Match& match, bool uses_depth_cue,
                        const Eigen::Matrix3d& map_covariance) {
-  MatchNoise noise;
-  noise.sigma = 1 / std::sqrt(match.inv_sigma2);
-  if (!(map_covariance.array() == 0).all()) noise.covariance = map_covariance.data();
-  if (camera.is_pinhole()) {
-    if (uses_depth_cue && !(match.u_right < 0)) noise.depth_cue = DepthCue::stereo;
-  } else if (uses_depth_cue && match.depth > 0) {
-    noise.depth_cue = DepthCue::depth;
-    noise.depth_sigma = camera.depth_sigma;
-  }
-  const Camera seen_by = camera.rig.empty() ? Camera(camera) : camera.rig[match.camera_id];
-  double entries[9];
-  if (!match_whitening(seen_by, RigidTransform(T_cw.matrix()), match.point, noise, entries)) {
-    return Whitening::Constant(nan);
-  }
-  const int rows = noise.depth_cue == DepthCue::none ? 2 : 3;
-  Whitening W = Whitening::Zero();
-  for (int i = 0; i < rows * rows; ++i) W(i / rows, i % rows) = entries[i];
+  const double variance = 1 / match.inv_sigma2, of_depth = camera.depth_sigma * camera.depth_sigma;
+  const Whitening none = Whitening::Constant(nan);
+  LinearizedMatch at;
+  if (!(variance > 0) || !linearize(camera, T_cw, match, uses_depth_cue, at)) return none;
+  const bool has_third = at.rows == 3;
+  const double of_third = !has_third ? 1 : camera.is_pinhole() ? variance : of_depth;  // 1: dropped below
+  Eigen::Matrix3d covariance = at.H_p * map_covariance * at.H_p.transpose();
+  covariance.diagonal() += Eigen::Vector3d(variance, variance, of_third);
+  const Eigen::LLT<Eigen::Matrix3d> factor(covariance);
+  if (!covariance.allFinite() || factor.info() != Eigen::Success) return none;
+  Whitening W = factor.matrixL().solve(Eigen::Matrix3d::Identity());
+  if (!has_third) W(2, 2) = 0;
   return W;
 }
 
 std::vector<Whitening> whitenings_of(const Frame& frame, const Pose& T_cw, bool uses_depth_cue, double map_sigma) {
   std::vector<Whitening> whitenings;
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity() * (map_sigma * map_sigma);
   for (std::size_t i = 0; i < frame.matches.size(); ++i) {
-    if (!frame.map_covariances.empty()) covariance = Eigen::Map<const Eigen::Matrix3d>(frame.map_covariances[i].data());
-    whitenings.push_back(whitening_of(frame.camera, T_cw, frame.matches[i], uses_depth_cue, covariance));
+    const Match& match = frame.matches[i];
+    if (frame.map_covariances.empty()) {
+      whitenings.push_back(measurement_whitening(frame.camera, match));
+      continue;
+    }
+    Eigen::Matrix3d covariance(frame.map_covariances[i].data());
+    if (std::isnan(covariance(0))) covariance = map_sigma * map_sigma * Eigen::Matrix3d::Identity();
+    whitenings.push_back(whitening_of(frame.camera, T_cw, match, uses_depth_cue, covariance));
   }
   return whitenings;
 }

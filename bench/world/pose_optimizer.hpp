@@ -18,15 +18,15 @@ using Whitening = Eigen::Matrix3d;
 /// Whitens by Sigma_z alone.
 Whitening measurement_whitening(const FrameCamera& camera, const Match& match);
 
-/// Whitens by the library's match_whitening(), as blocks of Weighting::measurement_and_map are: `map_covariance` is
-/// Sigma_p, 3 x 3, world frame, m^2, or zero. With `uses_depth_cue`, matches that have a third measurement have three
-/// rows. Not finite where there is none (the point is not in front of the camera, 1 / inv_sigma2 not positive and
-/// finite, Sigma not positive definite or without digits): chi2() is infinite then, and optimize_pose() leaves the
-/// match out.
+/// Whitens by Sigma = Sigma_z + H_p Sigma_p H_p^T at T_cw. `map_covariance` is Sigma_p, 3 x 3, world frame, m^2. With
+/// `uses_depth_cue`, matches that have a third measurement have three rows. Not finite where there is none (the camera
+/// has no image of the point, 1 / inv_sigma2 is not positive and finite, Sigma not positive definite): chi2() is
+/// infinite then, and optimize_pose() leaves the match out.
 Whitening whitening_of(const FrameCamera& camera, const Pose& T_cw, const Match& match, bool uses_depth_cue,
                        const Eigen::Matrix3d& map_covariance);
 
-/// Whitens all matches of a frame at T_cw; of points without a covariance it is map_sigma^2 I.
+/// Whitens all matches of a frame at T_cw, as the blocks of the library are: by Sigma_z alone if the frame has no
+/// covariances; if it has, the covariance of a point of which it is unknown is map_sigma^2 I.
 std::vector<Whitening> whitenings_of(const Frame& frame, const Pose& T_cw, bool uses_depth_cue, double map_sigma);
 
 enum class PoseMethod {

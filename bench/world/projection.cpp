@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "bench/world/projection.hpp"
 
-#include <cmath>
+#include <maxlogdet/eigen.hpp>
 
 namespace maxlogdet::sim {
 namespace {
@@ -59,6 +59,15 @@ bool linearize(const FrameCamera& camera, const Pose& T_cw, const Match& match, 
   result.H_x << J, -J * skew(p);
   result.H_p = J * T_cw.linear();
   return result.residual.allFinite() && result.H_x.allFinite() && result.H_p.allFinite();
+}
+
+void append_paper_block(const Pose& T_cw, const Match& match, BlockStore& blocks) {
+  const Eigen::Vector3d p = T_cw * Eigen::Vector3d(match.point);
+  Eigen::Matrix<double, 2, 3> across = Eigen::Matrix<double, 2, 3>::Identity();  // I - p e_3^T / Z
+  across.col(2) = -p.head<2>() / p.z();
+  Eigen::Matrix<double, 2, 6> H_c;
+  H_c << across, -across * skew(p);
+  p.z() > 0 ? push_back(blocks, H_c) : blocks.push_back_invalid();
 }
 
 }  // namespace maxlogdet::sim

@@ -22,4 +22,9 @@ struct LinearizedMatch {
 bool linearize(const FrameCamera& camera, const Pose& T_cw, const Match& match, bool uses_depth_cue,
                LinearizedMatch& result);
 
+/// Appends the block of the paper's section II, H_c = H_p^n^-1 H_x^n with the point p in the frame of a pinhole, by u
+/// and v: [I - p e_3^T / Z] [I | -[p]x], m per unit of xi, of which the third row is zero. All errors are those of the
+/// map, and alike in m. A point that is not in front of the camera becomes an invalid candidate.
+void append_paper_block(const Pose& T_cw, const Match& match, BlockStore& blocks);
+
 }  // namespace maxlogdet::sim

@@ -239,14 +239,14 @@ cv::Affine3d Odometry::refine(const std::vector<maxlogdet::FeatureMatch>& matche
         e[2] = m.depth - p[2];
         J(2, 2) = 1;
       }
-      double w[9];
-      if (p[2] <= 0 || !match_whitening(good_, i, w)) continue;
-      const cv::Matx33d W = is_stereo || is_depth ? cv::Matx33d(w) : cv::Matx33d(w[0], w[1], 0, w[2], w[3], 0, 0, 0, 0);
-      const cv::Matx33d WJ = W * J;
-      cv::Matx<double, 3, 6> H;  // by (translation, rotation): W J [I | -[p]x]
-      cv::hconcat(WJ, WJ * -cross_matrix(p), H);
-      information += H.t() * H;
-      gradient += H.t() * (W * e);
+      if (p[2] <= 0) continue;
+      const double of_pixel = m.sigma * m.sigma, of_third = is_depth ? depth_sigma * depth_sigma : of_pixel;
+      const cv::Matx33d H_p = J * T_cw.rotation(), of_measurement(of_pixel, 0, 0, 0, of_pixel, 0, 0, 0, of_third);
+      const cv::Matx33d weight = (of_measurement + H_p * cv::Matx33d(m.covariance) * H_p.t()).inv();
+      cv::Matx<double, 3, 6> H;  // by (translation, rotation): J [I | -[p]x]
+      cv::hconcat(J, J * -cross_matrix(p), H);
+      information += H.t() * weight * H;
+      gradient += H.t() * weight * e;
     }
     cv::Vec6d step;
     if (!cv::solve(information, gradient, step, cv::DECOMP_CHOLESKY)) return T_cw;  // too few matches

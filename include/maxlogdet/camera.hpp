@@ -9,17 +9,15 @@
 // Cameras: x right, y down, z forward, points p_c = (X, Y, Z) in m, measurements in px. u and v are measured in the
 // image as the model has it: distorted, unless the tracker has rectified it.
 //
-// A camera is valid if fx and fy are positive and finite, cx and cy finite, and the parameters of its model finite and
-// in their ranges; for a stereo row, which pinholes alone have, also bf positive and finite, and shift_of_right finite.
-// Any other is refused (Error::invalid_camera).
+// A camera is valid if fx and fy are positive and finite, and cx, cy and the parameters of its model finite; for a
+// stereo row, which pinholes alone have, also bf positive and finite, and shift_of_right finite. Any other is refused
+// (Error::invalid_camera).
 //
 // A point has no image
-//   - behind the camera: Z <= 0; of kannala_brandt only the axis behind it; of double_sphere the cone Z <= -w_2 |p_c|
-//     (its paper has w_2);
+//   - behind the camera: Z <= 0; of kannala_brandt only the axis behind it;
 //   - where distortion folds the image back: radial_tangential where d (m_x, m_y) / d (X / Z, Y / Z), which is
-//     symmetric, is not positive definite; kannala_brandt where d or its derivative by theta is not positive;
-//     double_sphere where |(m_x, m_y)| does not rise with the angle to the axis. The first two test the point alone:
-//     far outside the image, beyond a second fold, a polynomial may rise again, and points pass.
+//     symmetric, is not positive definite; kannala_brandt where d or its derivative by theta is not positive. Both test
+//     the point alone: far outside the image, beyond a second fold, a polynomial may rise again, and points pass.
 
 namespace maxlogdet {
 
@@ -45,7 +43,7 @@ struct PinholeCamera {
 struct Camera {
   CameraModel model = CameraModel::pinhole;          ///< model of the parameters
   PinholeCamera pinhole;                             ///< fx, fy, cx, cy; bf of pinholes only
-  double parameters[5] = {};                         ///< k1, k2, p1, p2, k3; or k1, k2, k3, k4; or xi, alpha
+  double parameters[5] = {};                         ///< k1, k2, p1, p2, k3; or k1, k2, k3, k4
   RigidTransform T_cb = RigidTransform::identity();  ///< body to camera
 
   Camera() = default;
@@ -62,8 +60,6 @@ struct Camera {
                                   double k3 = 0) noexcept;
   /// Takes parameters in the order of OpenCV's fisheye model.
   static Camera kannala_brandt(const PinholeCamera& pinhole, double k1, double k2, double k3, double k4) noexcept;
-  /// Requires -1 < xi (rarely above 1), 0 <= alpha <= 1; else the blocks' status is Error::invalid_camera.
-  static Camera double_sphere(const PinholeCamera& pinhole, double xi, double alpha) noexcept;
 };
 
 /// Projects p_c, 3 entries, m, to u, v, px. Returns false, and leaves uv unchanged, for a camera that is not valid, for

@@ -11,13 +11,11 @@ enum class CameraModel {
   kannala_brandt,     ///< (X, Y) d / sqrt(X^2 + Y^2), theta = atan2(sqrt(X^2 + Y^2), Z), d = theta + k1 theta^3 + k2
                       ///< theta^5 + k3 theta^7 + k4 theta^9: OpenCV's fisheye, OpenVINS's equidistant, ORB-SLAM3's and
                       ///< Basalt's KannalaBrandt8
-  double_sphere,      ///< (X, Y) / (alpha d2 + (1 - alpha) (xi d1 + Z)), d1 = |p_c|, d2 = |(X, Y, xi d1 + Z)|: Usenko,
-                      ///< Demmel, Cremers, 3DV 2018
 };
 
 /// X(name) for each of them, in their order. Whatever goes by a list of models goes by this one: projections, kernels,
 /// names, the Python module and the tests (CONTRIBUTING.md).
-#define MAXLOGDET_CAMERA_MODELS(X) X(pinhole) X(radial_tangential) X(kannala_brandt) X(double_sphere)
+#define MAXLOGDET_CAMERA_MODELS(X) X(pinhole) X(radial_tangential) X(kannala_brandt)
 
 #define MAXLOGDET_ENUMERATOR(name) CameraModel::name,
 /// The same to loop over.

@@ -5,14 +5,13 @@
 /// its own flags. Unaligned memory is allowed.
 
 #include <maxlogdet/block_store.hpp>
-#include <maxlogdet/jacobian.hpp>
+#include <maxlogdet/inputs.hpp>
 #include <maxlogdet/options.hpp>
 
 #include <Eigen/Geometry>
 #include <cstddef>
 #include <type_traits>
 #include <utility>
-#include <vector>
 
 namespace maxlogdet {
 
@@ -100,41 +99,5 @@ struct PoseTraits<Eigen::Transform<Scalar, 3, Mode, Options>> {
     return Eigen::Transform<Scalar, 3, Mode, Options>(PoseTraits<Matrix>::make(T));
   }
 };
-
-/// Returns a view of the columns of a 3 x n matrix of float or double.
-template <class Scalar, int Options, int MaxRows, int MaxColumns>
-Points points_of(const Eigen::Matrix<Scalar, 3, Eigen::Dynamic, Options, MaxRows, MaxColumns>& points) noexcept {
-  static_assert((Options & Eigen::RowMajor) == 0, "the entries of a column have to be side by side: column-major");
-  return Points(points.data());
-}
-/// Returns a view of Eigen vectors of float or double.
-template <class Scalar, class Allocator>
-Points points_of(const std::vector<Eigen::Matrix<Scalar, 3, 1>, Allocator>& points) noexcept {
-  return points.empty() ? Points() : Points(points.front().data(), sizeof points.front());
-}
-
-/// A view of a temporary would dangle.
-template <class EigenPoints, class = typename std::enable_if<!std::is_reference<EigenPoints>::value>::type>
-Points points_of(EigenPoints&&) = delete;
-
-/// The number of points.
-template <class Scalar, int Options, int MaxRows, int MaxColumns>
-std::size_t count_of(const Eigen::Matrix<Scalar, 3, Eigen::Dynamic, Options, MaxRows, MaxColumns>& points) noexcept {
-  return static_cast<std::size_t>(points.cols());
-}
-/// The number of points.
-template <class Scalar, class Allocator>
-std::size_t count_of(const std::vector<Eigen::Matrix<Scalar, 3, 1>, Allocator>& points) noexcept {
-  return points.size();
-}
-
-/// As append_blocks in jacobian.hpp, with points as for points_of(), which replace matches.points and matches.size.
-template <class EigenPoints>
-BlockReport append_blocks(const Camera& camera, const RigidTransform& T_cw, const EigenPoints& points, Matches matches,
-                          const BlockOptions& options, BlockStore& blocks) {
-  matches.points = points_of(points);
-  matches.size = count_of(points);
-  return append_blocks(camera, T_cw, matches, options, blocks);
-}
 
 }  // namespace maxlogdet

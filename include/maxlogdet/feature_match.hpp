@@ -8,6 +8,13 @@
 
 namespace maxlogdet {
 
+/// What the third row of a block measures, for the matches that have one.
+enum class DepthCue {
+  none,    ///< nothing: u and v alone
+  stereo,  ///< u_right, px, of pinholes with bf > 0; its standard deviation is FeatureMatch::sigma
+  depth,   ///< depth, m; its standard deviation is BlockOptions::depth_sigma
+};
+
 /// The measurement of a match that has none.
 constexpr double unmeasured = std::numeric_limits<double>::lowest();
 
@@ -21,7 +28,9 @@ struct FeatureMatch {
                                                   ///< finite: not measured
   double depth = unmeasured;                      ///< RGB-D: m; not positive or not finite: not measured
   double sigma = 1;                               ///< standard deviation of u, v and u_right, px
-  const double* covariance = nullptr;             ///< of the point, 3 x 3, world frame, m^2; copied. nullptr: unknown
+  const double* covariance = nullptr;             ///< of the point, 3 x 3, world frame, m^2, symmetric positive
+                                                  ///< semidefinite (its upper triangle is read); nullptr: unknown.
+                                                  ///< GoodFeatures copies it
   std::uint8_t camera_id = 0;                     ///< which camera of a rig
   bool is_required = false;                       ///< selected if it is usable, and counts towards the budget
   std::int64_t point_id = -1;                     ///< of the map point, the same in every frame; only record() reads it

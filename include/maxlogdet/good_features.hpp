@@ -36,17 +36,15 @@ class GoodFeatures {
   /// help through `executor`, which must outlive this: see Selector. Throws std::bad_alloc.
   explicit GoodFeatures(std::size_t capacity, Executor* executor = nullptr);
 
-  /// How blocks are made; depth_cue is set by what is measured, and `measurement` becomes `measurement_and_map` in a
-  /// frame where some match has a covariance: one without has map_sigma^2 I. May be changed at any time.
+  /// How blocks are made. May be changed at any time.
   BlockOptions block_options;
-  /// Where neighbouring matches share errors, 1.5: at most one match of each of spread * budget cells of the image
-  /// (ImageCells), and so fewer than the budget below 1. 0, the default: off. Needs measurements; ignored where the
-  /// options have groups.
+  /// Where neighbouring matches share errors, the most informative ones are often neighbours, and share the largest
+  /// errors. 1.5 selects at most one match of each of spread * budget cells of the image, which hold equally many
+  /// matches each; below 1 that is fewer than the budget. 0, the default: off, because it costs accuracy where errors
+  /// are independent (`maxlogdet evaluate` tells). Needs measurements; ignored where the options have groups.
   double spread = 0;
   /// Whether select() aligns first, and selects inliers alone. Set it to false where the tracker has rejected outliers.
   bool rejects_outliers = true;
-  /// Whether the optimiser weights residuals by match_information(); outliers() then does, too.
-  bool is_weighted = false;
 
   /// Starts a frame without matches. T_cw: world to camera, or world to body if Camera::T_cb is set, of any type with
   /// PoseTraits, or RigidTransform::row_major. The camera is copied.
@@ -104,9 +102,9 @@ class GoodFeatures {
   /// Whether outliers() has returned match i: chi2(i) is above the 95 % quantile, 5.991 for two measurements, 7.815 for
   /// three.
   bool is_outlier(std::size_t i) const noexcept;
-  /// Squared error of match i in standard deviations, after outliers(): infinite where the point has no image or the
-  /// match is not usable; NaN for a selected match and one without measurement. With is_weighted that of the residual
-  /// W e.
+  /// Squared error e^T Sigma^-1 e of match i, after outliers(), with the Sigma of jacobian.hpp at that pose: infinite
+  /// where the point has no image, its covariance is invalid or leaves it unknown to a radian, or the match is not
+  /// usable; NaN for a selected match and one without measurement, and after an error of the frame.
   double chi2(std::size_t i) const noexcept;
 
   /// From the next start() on, writes every frame that is selected from into the folder, for `maxlogdet evaluate
@@ -116,8 +114,6 @@ class GoodFeatures {
 
  private:
   friend double efficiency(GoodFeatures& good) noexcept;
-  friend bool match_information(const GoodFeatures& good, std::size_t i, double* omega) noexcept;
-  friend bool match_whitening(const GoodFeatures& good, std::size_t i, double* W) noexcept;
 
   struct State;
   struct Destroy {
@@ -127,15 +123,7 @@ class GoodFeatures {
 };
 
 /// (det M of the selected / det M of all candidates)^(1/6), the geometric mean over six directions of the share of the
-/// information that is kept, in (0, 1]. NaN after an error and without candidates. Needs weighting `measurement` or
-/// `measurement_and_map`. Reads all matches once.
+/// information that is kept, in (0, 1]. NaN after an error and without candidates. Reads all matches once.
 double efficiency(GoodFeatures& good) noexcept;
-
-/// Writes Omega of match i, the inverse covariance of the noise that whitens its block at pose(): the
-/// weight of its residual in an optimiser that holds points fixed (match_information.hpp). 2 x 2, or 3 x 3 if the match
-/// has a depth cue, row-major, px^-2. Returns false, and writes nothing, where match_information of a camera does.
-bool match_information(const GoodFeatures& good, std::size_t i, double* omega) noexcept;
-/// Writes W of match_whitening, W^T W = Omega; in all else as match_information.
-bool match_whitening(const GoodFeatures& good, std::size_t i, double* W) noexcept;
 
 }  // namespace maxlogdet

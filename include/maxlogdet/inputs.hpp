@@ -100,52 +100,6 @@ struct Pixel {
 template <class Pose, class = void>
 struct PoseTraits;
 
-/// A view of n points, which are not copied: x, y, z of float or double one after the other, `stride` bytes from one
-/// point to the next.
-class Points {
- public:
-  /// Makes a view without points.
-  constexpr Points() noexcept = default;
-  /// Makes a view without points.
-  constexpr Points(std::nullptr_t) noexcept {}  // NOLINT(google-explicit-constructor): taken as a null pointer
-  /// Takes n x 3 row-major, or rows of `stride` bytes: at least 3 doubles, and a whole number of them.
-  constexpr Points(const double* xyz, std::size_t stride = 3 * sizeof(double)) noexcept  // NOLINT
-      : data_(xyz), stride_(stride) {}
-  /// Takes n x 3 row-major, or rows of `stride` bytes: at least 3 floats, and a whole number of them.
-  constexpr Points(const float* xyz, std::size_t stride = 3 * sizeof(float)) noexcept  // NOLINT
-      : data_(xyz), stride_(stride), are_float_(true) {}
-  /// Takes structs with members x, y, z, in this order and next to each other, such as cv::Point3f.
-  template <class Point, class Scalar = typename std::decay<decltype(std::declval<const Point&>().z)>::type,
-            class = typename std::enable_if<std::is_floating_point<Scalar>::value>::type>
-  Points(const Point* points) noexcept {  // NOLINT(google-explicit-constructor)
-    if (points != nullptr) take(&points->x, &points->y, &points->z, sizeof(Point));
-  }
-  /// Takes vectors whose [0], [1], [2] are next to each other, such as Eigen::Vector3d.
-  template <class Vector, class Scalar = typename std::decay<decltype(std::declval<const Vector&>()[0])>::type,
-            class = typename std::enable_if<std::is_floating_point<Scalar>::value && !HasMemberY<Vector>::value>::type,
-            class = void>
-  Points(const Vector* vectors) {  // NOLINT(google-explicit-constructor)
-    if (vectors != nullptr) take(&(*vectors)[0], &(*vectors)[1], &(*vectors)[2], sizeof(Vector));
-  }
-
-  /// The first x; nullptr without points.
-  const void* data() const noexcept { return data_; }
-  /// The number of bytes from one point to the next.
-  std::size_t stride() const noexcept { return stride_; }
-  /// Whether entries are float, not double.
-  bool are_float() const noexcept { return are_float_; }
-
- private:
-  template <class Scalar>
-  void take(const Scalar* x, const Scalar* y, const Scalar* z, std::size_t stride) noexcept {
-    *this = Points(x, y == x + 1 && z == x + 2 ? stride : 0);  // 0: Error::invalid_stride
-  }
-
-  const void* data_ = nullptr;
-  std::size_t stride_ = 0;
-  bool are_float_ = false;
-};
-
 /// A rigid transform [R | t], 3 x 4, stored as double. T_ab takes points of frame b to frame a: T_cw, world to camera.
 class RigidTransform {
  public:

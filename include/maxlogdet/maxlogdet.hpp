@@ -13,11 +13,9 @@
 #include <maxlogdet/executor.hpp>
 #include <maxlogdet/frame_recorder.hpp>
 #include <maxlogdet/good_features.hpp>
-#include <maxlogdet/image_cells.hpp>
 #include <maxlogdet/inputs.hpp>
 #include <maxlogdet/isa.hpp>
 #include <maxlogdet/jacobian.hpp>
-#include <maxlogdet/match_information.hpp>
 #include <maxlogdet/options.hpp>
 #include <maxlogdet/point_covariance.hpp>
 #include <maxlogdet/selection.hpp>

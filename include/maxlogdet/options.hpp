@@ -33,7 +33,7 @@ struct TargetOptions {
   double rotation_sigma = 0;     ///< rad: the same for the rotation
 };
 
-/// At most so many of a group. Arrays belong to the caller. ImageCells makes groups of parts of the image.
+/// At most so many of a group. Arrays belong to the caller.
 struct GroupOptions {
   const std::uint32_t* ids = nullptr;  ///< n: the group of each candidate, < count, also of invalid ones; nullptr: no
                                        ///< groups

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 
 namespace maxlogdet {
 
@@ -28,29 +29,31 @@ struct IndexRange {
 
 /// The answer: views into the Selector or GoodFeatures that gave it, until its next select() or its destruction.
 struct Selection {
-  Status status;                 ///< how the selection ended
-  Error error;                   ///< what is wrong; none if status is not error
-  Warning warning;               ///< of GoodFeatures: what is suspicious of the frame
-  const std::uint32_t* indices;  ///< `size` candidate indices: required ones, then in order of selection
-  std::size_t size;              ///< number selected
-  std::size_t searched;          ///< how many of these the search itself selected, the first ones; the rest fill the
-                                 ///< budget, at a deadline or, of GoodFeatures, where blocks are too few
-  const double* gains;           ///< `size` gains: the increase in log det when each is added to those before it, nats;
-                                 ///< of GoodFeatures NaN for a match without a block
-  double log_det;                ///< log det(prior + sum of selected H^T H), nats
-  std::size_t evaluations;       ///< gains evaluated to exclude candidates; may differ between machines
-  std::size_t float64_decisions;   ///< of these, computed again in float64 to decide between what was left; may differ
-                                   ///< between machines
-  std::size_t invalid_candidates;  ///< candidates without a block, which no Selector selects
-  double upper_bound;              ///< proved bound, nats: no selection that the options allow has a greater log det
-                                   ///< (docs/numerics.md). Infinite where float64 may have no digits left; NaN if
-                                   ///< not asked for (Options::certificate)
-  int threads;  ///< how many threads the work was offered to, including the calling one, at most 16; helpers may have
-                ///< come late or not at all
-  double efficiency;         ///< (det M / det M_all)^(1/6), see Options::target.efficiency; NaN without that target.
-                             ///< The last bits of this and the next two may differ between C libraries
-  double translation_sigma;  ///< m, see Options::target.translation_sigma; NaN without that target
-  double rotation_sigma;     ///< rad, see Options::target.rotation_sigma; NaN without that target
+  Status status = Status::ok;              ///< how the selection ended
+  Error error = Error::none;               ///< what is wrong; none if status is not error
+  Warning warning = Warning::none;         ///< of GoodFeatures: what is suspicious of the frame
+  const std::uint32_t* indices = nullptr;  ///< `size` candidate indices: required ones, then in order of selection
+  std::size_t size = 0;                    ///< number selected
+  std::size_t searched = 0;                ///< how many of these the search itself selected, the first ones; the rest
+                                           ///< fill the budget, at a deadline or, of GoodFeatures, where blocks are
+                                           ///< too few
+  const double* gains = nullptr;           ///< `size` gains: the increase in log det when each is added to those before
+                                           ///< it, nats; of GoodFeatures NaN for a match without a block
+  double log_det = unknown;                ///< log det(prior + sum of selected H^T H), nats
+  std::size_t evaluations = 0;             ///< gains evaluated to exclude candidates; may differ between machines
+  std::size_t float64_decisions = 0;       ///< of these, computed again in float64 to decide between what was left; may
+                                           ///< differ between machines
+  std::size_t invalid_candidates = 0;      ///< candidates without a block, which no Selector selects
+  double upper_bound = unknown;            ///< proved bound, nats: no selection that the options allow has a greater
+                                           ///< log det (docs/numerics.md). Infinite where float64 may have no digits
+                                           ///< left; NaN if not asked for (Options::certificate)
+  int threads = 1;                         ///< how many threads the work was offered to, including the calling one, at
+                                           ///< most 16; helpers may have come late or not at all
+  double efficiency = unknown;             ///< (det M / det M_all)^(1/6), see Options::target.efficiency; NaN without
+                                           ///< that target. The last bits of this and the next two may differ between
+                                           ///< C libraries
+  double translation_sigma = unknown;      ///< m, see Options::target.translation_sigma; NaN without that target
+  double rotation_sigma = unknown;         ///< rad, see Options::target.rotation_sigma; NaN without that target
 
   /// (det M / det of the bound)^(1/6): the geometric mean of the information over the six directions is at least this
   /// share of that of the best selection. 0 where next to nothing is known. NaN without upper_bound.
@@ -67,6 +70,9 @@ struct Selection {
   const std::uint32_t* begin() const noexcept { return indices; }
   /// One past the last index.
   const std::uint32_t* end() const noexcept { return indices + size; }
+
+ private:
+  static constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
 };
 
 }  // namespace maxlogdet

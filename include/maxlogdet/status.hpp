@@ -36,17 +36,14 @@ enum class Status {
   X(invalid_pose,                                                                                                      \
     "a pose is missing, not finite, or not a rotation and a translation: an entry of R R^T - I is "                    \
     "above 1e-3 (RigidTransform::rotation_error() tells how far), or R is a reflection")                               \
-  X(invalid_block_options, "a deviation or min_depth is out of its range, or an enumerator is unknown")                \
-  X(missing_points, "there are matches, but no points")                                                                \
-  X(invalid_stride, "the stride is not a whole number of coordinates, three at least, side by side")                   \
+  X(invalid_block_options, "map_sigma is negative, depth_sigma is not positive, or one of them is not finite")         \
+  X(missing_matches, "the array of matches is a null pointer")                                                         \
   X(mixed_depth_cues, "some matches of the frame have a right column, and some a depth")
 
 /// X(name, what is suspicious, and the usual mistake) for each warning. The names and the Python module use this list.
 #define MAXLOGDET_WARNINGS(X)                                                                                         \
   X(none, "nothing is suspicious")                                                                                    \
   X(behind_camera, "matches are behind the camera, or where its model has no image: is the pose T_cw, and not T_wc?") \
-  X(too_near, "matches are nearer than min_depth, which has the unit of the points")                                  \
-  X(singular_rays, "rays are orthogonal to the world's z axis, where map_bias_world has no block")                    \
   X(invalid_covariances,                                                                                              \
     "covariances are not finite, negative, or huge, and these matches not used: give none where it is unknown")       \
   X(unbounded_blocks, "blocks exceed float32: points lie at the centre of the camera, or sigmas are almost zero")     \

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "kernel/alignment/aligner.hpp"
 
-#include "kernel/base/limits.hpp"
-#include "kernel/blocks/camera_checks.hpp"
-#include "simd/whitening.hpp"
+#include "kernel/base/memory.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -83,8 +81,8 @@ void Aligner::forget(const RigidTransform& T_bw, Error why) noexcept {
   std::fill_n(information_, 36, 0.0);
 }
 
-void Aligner::align(const FrameToAlign& frame, unsigned char* is_inlier) noexcept {
-  align_once(frame, is_inlier);
+void Aligner::align(const MatchedFrame& frame, const double* prior, unsigned char* is_inlier) noexcept {
+  align_once(frame, prior, is_inlier);
   if (!doubts_third()) return;
   const Alignment found = found_;
   const RigidTransform pose = pose_;
@@ -93,14 +91,12 @@ void Aligner::align(const FrameToAlign& frame, unsigned char* is_inlier) noexcep
   std::copy_n(information_, 36, information);
   std::copy_n(is_inlier, frame.size, fits_with_third_.begin());
 
-  FrameToAlign without = frame;
-  without.options.depth_cue = DepthCue::none;
-  without.prior = nullptr;  // which may be what does not fit
-  align_once(without, is_inlier);
+  MatchedFrame without = frame;
+  without.depth_cue = DepthCue::none;
+  align_once(without, nullptr, is_inlier);  // the prior may be what does not fit
   if (found_.is_aligned() && (!found.is_aligned() || third_misfits(frame))) {
-    without.prior = frame.prior;
-    if (frame.prior != nullptr) align_once(without, is_inlier);
-    const bool is_stereo = frame.options.depth_cue == DepthCue::stereo;
+    if (prior != nullptr) align_once(without, prior, is_inlier);
+    const bool is_stereo = frame.depth_cue == DepthCue::stereo;
     found_.warning = is_stereo ? Warning::misfitting_right_columns : Warning::misfitting_depths;
     return;
   }
@@ -111,12 +107,12 @@ void Aligner::align(const FrameToAlign& frame, unsigned char* is_inlier) noexcep
   std::copy_n(fits_with_third_.begin(), frame.size, is_inlier);
 }
 
-void Aligner::align_once(const FrameToAlign& frame, unsigned char* is_inlier) noexcept {
+void Aligner::align_once(const MatchedFrame& frame, const double* prior, unsigned char* is_inlier) noexcept {
   forget(frame.T_bw, kernel_ == nullptr ? Error::unsupported_isa : Error::none);
   if (kernel_ == nullptr) return;
   motion_.start(frame.T_bw);
-  prior_ = frame.prior;
-  read(frame);
+  prior_ = prior;
+  found_.measured = read(frame);
   found_.status = find_pose();
   const bool is_aligned = found_.is_aligned();
   if (is_aligned) {
@@ -132,17 +128,35 @@ void Aligner::align_once(const FrameToAlign& frame, unsigned char* is_inlier) no
   }
 }
 
-// Sorts the matches by camera, and copies what is known of them to planes.
-void Aligner::read(const FrameToAlign& frame) noexcept {
+void Aligner::judge(const MatchedFrame& frame, double* chi2) noexcept {
+  if (kernel_ == nullptr) return;
+  motion_.start(frame.T_bw);
+  read(frame);
+  whiten();
+  for (std::size_t p = 0; p < part_count_; ++p) kernel_->alignment.measure_errors(parts_[p]);
+  const double* const errors = plane(planes::error);
+  const double* const has_third = plane(planes::has_third);
+  for (std::size_t lane = 0; lane < lanes_; ++lane) {
+    const double median = simd::robust_limits[has_third[lane] == 0 ? 0 : 1].median;
+    if (match_of_lane_[lane] != no_match) chi2[match_of_lane_[lane]] = errors[lane] * median;
+  }
+}
+
+// Sorts the matches by camera, and copies what is known of them to planes. Returns how many there are.
+std::size_t Aligner::read(const MatchedFrame& frame) noexcept {
+  const auto is_aligned = [&frame](std::size_t i) {
+    return (frame.usable == nullptr || frame.usable[i] != 0) && is_measured(frame.matches[i]);
+  };
   std::size_t next[max_cameras] = {};  // how many a camera sees, then where its next match goes
   for (std::size_t i = 0; i < frame.size; ++i) {
-    if (frame.is_aligned[i] != 0) ++next[frame.matches[i].camera_id];
+    if (is_aligned(i)) ++next[frame.matches[i].camera_id];
   }
-  by_map_ = frame.options.weighting == Weighting::measurement_and_map;
-  third_ = frame.options.depth_cue;
+  by_map_ = frame.has_covariances;
+  third_ = frame.depth_cue;
   lanes_ = part_count_ = 0;
+  std::size_t measured = 0;
   for (std::size_t c = 0; c < frame.camera_count; ++c) {
-    found_.measured += next[c];
+    measured += next[c];
     const std::size_t begin = lanes_;
     lanes_ += padded(next[c], alignment_lanes);
     if (next[c] > 0) parts_[part_count_++] = part_of(frame, frame.cameras[c], begin);
@@ -152,31 +166,29 @@ void Aligner::read(const FrameToAlign& frame) noexcept {
   for (std::size_t p = 0; p < part_count_; ++p) parts_[p].stride = stride_;
   std::fill_n(match_of_lane_.begin(), lanes_, no_match);
   for (std::size_t i = 0; i < frame.size; ++i) {
-    if (frame.is_aligned[i] != 0) read_match(frame, i, next[frame.matches[i].camera_id]++);
+    if (is_aligned(i)) read_match(frame, i, next[frame.matches[i].camera_id]++);
   }
   for (std::size_t lane = 0; lane < lanes_; ++lane) {
     if (match_of_lane_[lane] == no_match) clear_lane(lane);
   }
   std::fill_n(errors_ + lanes_, error_lanes, float_infinity);
+  return measured;
 }
 
-simd::AlignmentInput Aligner::part_of(const FrameToAlign& frame, const Camera& camera, std::size_t begin) noexcept {
-  simd::AlignmentInput part{};
-  part.by_map = by_map_;
-  part.frame.third = frame.options.depth_cue;
-  part.frame.camera = camera_input(camera);
-  part.frame.T_bw = motion_.pose();
-  part.frame.map_sigma = frame.options.map_sigma;
-  part.frame.depth_sigma = frame.options.depth_sigma;
-  part.frame.map_covariances = frame.covariances;
-  part.planes = planes_;
-  part.errors = errors_;
-  part.begin = begin;
-  part.end = lanes_;
-  return part;
+simd::AlignmentInput Aligner::part_of(const MatchedFrame& frame, const Camera& camera, std::size_t begin) noexcept {
+  return {camera_input(camera),
+          motion_.pose(),
+          third_,
+          frame.options.depth_sigma,
+          by_map_,
+          planes_,
+          0,
+          errors_,
+          begin,
+          lanes_};
 }
 
-void Aligner::read_match(const FrameToAlign& frame, std::size_t i, std::size_t lane) noexcept {
+void Aligner::read_match(const MatchedFrame& frame, std::size_t i, std::size_t lane) noexcept {
   const FeatureMatch& match = frame.matches[i];
   match_of_lane_[lane] = static_cast<std::uint32_t>(i);
   for (std::size_t d = 0; d < 3; ++d) plane(planes::point + d)[lane] = match.point[d];
@@ -184,12 +196,10 @@ void Aligner::read_match(const FrameToAlign& frame, std::size_t i, std::size_t l
   plane(planes::sigma)[lane] = match.sigma;
   plane(planes::weight)[lane] = 1 / match.sigma;
   const PinholeCamera& pinhole = frame.cameras[match.camera_id].pinhole;
-  plane(planes::measured + 2)[lane] =
-      frame.options.depth_cue == DepthCue::stereo ? match.u_right - pinhole.shift_of_right : match.depth;
-  plane(planes::has_third)[lane] = third_ != DepthCue::none && frame.has_third[i] != 0 ? 1 : 0;
-  for (std::size_t e = 0; by_map_ && frame.covariances != nullptr && e < 6; ++e) {
-    plane(planes::map_covariance + e)[lane] = frame.covariances[9 * i + simd::upper_triangle[e]];
-  }
+  plane(planes::measured + 2)[lane] = third_ == DepthCue::stereo ? match.u_right - pinhole.shift_of_right : match.depth;
+  plane(planes::has_third)[lane] = third_ != DepthCue::none && measured_cue(match) != DepthCue::none ? 1 : 0;
+  for (std::size_t e = 0; by_map_ && e < 6; ++e)
+    plane(planes::map_covariance + e)[lane] = simd::map_covariance_of(match, frame.options.map_sigma, e);
 }
 
 // A lane without a match has no error.
@@ -234,7 +244,7 @@ AlignmentStatus Aligner::find_pose() noexcept {
 void Aligner::measure_radian() noexcept {
   const double* const sigmas = plane(planes::sigma);
   for (std::size_t p = 0; p < part_count_; ++p) {
-    const double focal_length = parts_[p].frame.camera.fx;
+    const double focal_length = parts_[p].camera.fx;
     for (std::size_t lane = parts_[p].begin; lane < parts_[p].end; ++lane) {
       const bool is_match = match_of_lane_[lane] != no_match;
       errors_[lane] = is_match ? static_cast<float>(sigmas[lane] / focal_length) : float_infinity;
@@ -328,10 +338,8 @@ bool Aligner::doubts_third() const noexcept {
 }
 
 // Whether most third rows are off at the pose that u and v alone have found.
-bool Aligner::third_misfits(const FrameToAlign& frame) noexcept {
-  const Alignment found = found_;
+bool Aligner::third_misfits(const MatchedFrame& frame) noexcept {
   read(frame);
-  found_ = found;
   whiten();
   const simd::ThirdRows by_half = count_third(limit_of_third);
   const simd::ThirdRows by_all = count_third(gate_of_third);

@@ -2,35 +2,18 @@
 #pragma once
 
 #include "kernel/alignment/rigid_motion.hpp"
-#include "kernel/base/aligned_array.hpp"
-#include "kernel/base/limits.hpp"
+#include "kernel/base/memory.hpp"
+#include "kernel/blocks/matched_frame.hpp"
 #include "simd/kernel.hpp"
 
 #include <maxlogdet/alignment.hpp>
-#include <maxlogdet/camera.hpp>
-#include <maxlogdet/feature_match.hpp>
 #include <maxlogdet/inputs.hpp>
-#include <maxlogdet/jacobian.hpp>
 
 #include <cstddef>
 #include <cstdint>
 #include <vector>
 
 namespace maxlogdet {
-
-/// A frame to align, of checked cameras, pose and options. Arrays are the caller's.
-struct FrameToAlign {
-  const Camera* cameras = nullptr;
-  std::size_t camera_count = 0;
-  RigidTransform T_bw = nullptr;          ///< the predicted pose
-  const FeatureMatch* matches = nullptr;  ///< `size` of them
-  std::size_t size = 0;
-  const unsigned char* is_aligned = nullptr;  ///< nonzero for usable matches with a measurement
-  const unsigned char* has_third = nullptr;   ///< nonzero for those with options.depth_cue
-  const double* covariances = nullptr;        ///< 3 x 3 per match, or null
-  BlockOptions options;                       ///< depth_cue, the deviations; the map's noise by the weighting
-  const double* prior = nullptr;              ///< 6 x 6, or null
-};
 
 /// Finds inliers and the pose that they determine, by iteratively reweighted least squares (docs/alignment.md). All
 /// memory is allocated once.
@@ -40,17 +23,20 @@ class Aligner {
 
   explicit Aligner(std::size_t capacity);
 
-  /// Aligns a frame, which must not change meanwhile. is_inlier[i] becomes 0 for each match that is aligned
-  /// and does not fit, 1 for the others that are aligned. Third rows that do not fit where u and v do are left out,
-  /// with a warning.
-  void align(const FrameToAlign& frame, unsigned char* is_inlier) noexcept;
+  /// Aligns a frame without errors, by its usable matches that are measured. `prior`: 6 x 6, or null. is_inlier[i]
+  /// becomes 0 for each of these that does not fit, 1 for the others. Third rows that do not fit where u and v do are
+  /// left out, with a warning.
+  void align(const MatchedFrame& frame, const double* prior, unsigned char* is_inlier) noexcept;
+  /// Writes the squared whitened errors of the same matches at the pose of such a frame: infinite without an image or a
+  /// valid covariance. What was found stays.
+  void judge(const MatchedFrame& frame, double* chi2) noexcept;
   /// Without an alignment there is the predicted pose alone.
   void forget(const RigidTransform& T_bw, Error why) noexcept;
   const Alignment& found() const noexcept { return found_; }
   const RigidTransform& pose() const noexcept { return pose_; }
   const double* information() const noexcept { return information_; }
   bool leaves_out_third() const noexcept { return found_.warning != Warning::none; }
-  /// Calls visit(i) for each match that had no image when it was judged, or no valid covariance.
+  /// After align(), calls visit(i) for each match that had no image at the last pose, or no valid covariance.
   template <class Visitor>
   void for_each_without_error(const Visitor& visit) const noexcept {
     if (!found_.is_aligned() || found_.measured == finite_) return;
@@ -63,14 +49,14 @@ class Aligner {
  private:
   static constexpr std::uint32_t no_match = 0xFFFFFFFFU;  // of a lane that fills up a pack
 
-  void align_once(const FrameToAlign& frame, unsigned char* is_inlier) noexcept;
+  void align_once(const MatchedFrame& frame, const double* prior, unsigned char* is_inlier) noexcept;
   bool doubts_third() const noexcept;
-  bool third_misfits(const FrameToAlign& frame) noexcept;
+  bool third_misfits(const MatchedFrame& frame) noexcept;
   simd::ThirdRows count_third(double deviations) const noexcept;
 
-  void read(const FrameToAlign& frame) noexcept;
-  simd::AlignmentInput part_of(const FrameToAlign& frame, const Camera& camera, std::size_t begin) noexcept;
-  void read_match(const FrameToAlign& frame, std::size_t i, std::size_t lane) noexcept;
+  std::size_t read(const MatchedFrame& frame) noexcept;
+  simd::AlignmentInput part_of(const MatchedFrame& frame, const Camera& camera, std::size_t begin) noexcept;
+  void read_match(const MatchedFrame& frame, std::size_t i, std::size_t lane) noexcept;
   void clear_lane(std::size_t lane) noexcept;
   void measure_radian() noexcept;
   void limit_leverage() noexcept;

@@ -12,7 +12,7 @@ namespace maxlogdet {
 class Deadline {
  public:
   /// `seconds` from now; 0: never.
-  explicit Deadline(double seconds) noexcept
+  explicit Deadline(double seconds = 0) noexcept
       : limit_(seconds), start_(seconds > 0 ? Clock::now() : Clock::time_point()) {}
 
   bool has_passed() const noexcept { return limit_ > 0 && spent() >= limit_; }

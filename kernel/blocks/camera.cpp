@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <maxlogdet/camera.hpp>
 
-#include "kernel/blocks/block_checks.hpp"
-#include "kernel/blocks/camera_checks.hpp"
-#include "simd/jacobian.hpp"
+#include "kernel/blocks/matched_frame.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -55,29 +53,10 @@ Camera Camera::kannala_brandt(const PinholeCamera& pinhole, double k1, double k2
   return distorted(CameraModel::kannala_brandt, pinhole, {k1, k2, k3, k4, 0});
 }
 
-Camera Camera::double_sphere(const PinholeCamera& pinhole, double xi, double alpha) noexcept {
-  return distorted(CameraModel::double_sphere, pinhole, {xi, alpha, 0, 0, 0});
-}
-
-bool has_valid_parameters(const Camera& camera) noexcept {
-  const PinholeCamera& pinhole = camera.pinhole;
-  const double* const k = camera.parameters;
-  if (!is_positive(pinhole.fx) || !is_positive(pinhole.fy)) return false;
-  if (!std::isfinite(pinhole.cx) || !std::isfinite(pinhole.cy)) return false;
-  if (!all_finite(k, parameter_count(camera.model))) return false;
-  return simd::with_model(camera.model, [k](auto model) { return decltype(model)::are_valid(k); });
-}
-
 simd::CameraInput camera_input(const Camera& camera) noexcept {
-  const double* const k = camera.parameters;
-  return simd::with_model(camera.model, [&](auto model) {
-    using Model = decltype(model);
-    const PinholeCamera& pinhole = camera.pinhole;
-    const simd::Lens lens{k, Model::prepare(k)};
-    const double* const T_cb = is_identity(camera.T_cb) ? nullptr : camera.T_cb.data();
-    return simd::CameraInput{
-        camera.model, Model::is_depth_along_z, pinhole.fx, pinhole.fy, pinhole.cx, pinhole.cy, pinhole.bf, lens, T_cb};
-  });
+  const PinholeCamera& pinhole = camera.pinhole;
+  const double* const T_cb = is_identity(camera.T_cb) ? nullptr : camera.T_cb.data();
+  return {camera.model, pinhole.fx, pinhole.fy, pinhole.cx, pinhole.cy, pinhole.bf, camera.parameters, T_cb};
 }
 
 bool project(const Camera& camera, const double* p_c, double* uv) noexcept {
@@ -86,32 +65,19 @@ bool project(const Camera& camera, const double* p_c, double* uv) noexcept {
 }
 
 bool project(const Camera& camera, const double* p_c, double* uv, double* jacobian) noexcept {
-  if (!is_known(camera.model) || !has_valid_parameters(camera)) return false;
-  const simd::CameraInput input = camera_input(camera);
-  const simd::PointOf<double> p = {p_c[0], p_c[1], p_c[2]};
-  const simd::Image<double> image = simd::project(input, p);
+  Camera alone = camera;
+  alone.T_cb = RigidTransform::identity();
+  if (check(alone, DepthCue::none) != Error::none || !all_finite(p_c, 3)) return false;
+  const simd::CameraInput input = camera_input(alone);
+  const simd::Image<double> image = simd::project(input, simd::PointOf<double>{p_c[0], p_c[1], p_c[2]});
   double rows[2][3];
-  if (!simd::image_jacobian(input, image, rows)) return false;
-  const double written[8] = {input.fx * image.m_x + input.cx,
-                             input.fy * image.m_y + input.cy,
-                             rows[0][0],
-                             rows[0][1],
-                             rows[0][2],
-                             rows[1][0],
-                             rows[1][1],
-                             rows[1][2]};
-  if (!all_finite(p_c, 3) || !all_finite(written, 8)) return false;
+  simd::set_image_rows(input, image, rows);
+  const double written[2] = {input.fx * image.m_x + input.cx, input.fy * image.m_y + input.cy};
+  if (!image.exists || !all_finite(written, 2) || !all_finite(rows[0], 3) || !all_finite(rows[1], 3)) return false;
   std::copy_n(written, 2, uv);
-  std::copy_n(written + 2, 6, jacobian);
+  std::copy_n(rows[0], 3, jacobian);
+  std::copy_n(rows[1], 3, jacobian + 3);
   return true;
-}
-
-const char* to_string(CameraModel model) noexcept {
-#define MAXLOGDET_CASE(name) \
-  case CameraModel::name: return #name;
-  switch (model) { MAXLOGDET_CAMERA_MODELS(MAXLOGDET_CASE) }
-#undef MAXLOGDET_CASE
-  return "unknown";
 }
 
 }  // namespace maxlogdet

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "kernel/information/prior.hpp"
 
-#include "kernel/base/limits.hpp"
-#include "kernel/information/whitened_rows.hpp"
+#include "kernel/base/memory.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -43,6 +42,20 @@ Prior raised(const Prior& prior, double share) noexcept {
   return sum;
 }
 
+// The lower median over the candidates of their largest |entry| in three columns, of those that have one.
+double typical_size(const Candidates& candidates, int first_column, float* sizes) noexcept {
+  const std::size_t count = candidates.count;
+  const double* const columns = candidates.column_max + first_column;
+  const double largest = std::max({columns[0], columns[1], columns[2]});
+  if (count == 0 || largest == 0) return 1;
+  const simd::ArrayFunctions& arrays = candidates.kernel->arrays;
+  arrays.measure_sizes(candidates.plane(0, first_column), candidates.planes.stride, candidates.rows, count, sizes);
+  std::fill(sizes + count, sizes + padded(count), float_infinity);
+  std::size_t finite;
+  const auto median = static_cast<double>(arrays.median(sizes, padded(count), finite));
+  return std::max({median, smallest_size * largest, smallest_size});
+}
+
 }  // namespace
 
 bool Prior::read(const double* given) noexcept {
@@ -72,44 +85,26 @@ bool Prior::is_semidefinite() const noexcept {
   return factor.reset(definite.entries);
 }
 
-// The lower median over the candidates of their largest |entry| in three columns, of those that have one.
-double PriorMemory::typical_size(const Candidates& candidates, int first_column) noexcept {
-  const std::size_t count = candidates.count;
-  float* const sizes = sizes_;
-  const double* const columns = candidates.column_max + first_column;
-  const double largest = std::max({columns[0], columns[1], columns[2]});
-  if (count == 0 || largest == 0) return 1;
-  const simd::ArrayFunctions& arrays = candidates.kernel->arrays;
-  arrays.measure_sizes(candidates.plane(0, first_column), candidates.planes.stride, candidates.rows, count, sizes);
-  std::fill(sizes + count, sizes + padded(count), float_infinity);
-  std::size_t finite;
-  const auto median = static_cast<double>(arrays.median(sizes, padded(count), finite));
-  return std::max({median, smallest_size * largest, smallest_size});
-}
-
-void PriorMemory::add_default(const Candidates& candidates, Prior& prior) noexcept {
+void Prior::add_default(const Candidates& candidates, float* sizes) noexcept {
   for (int first = 0; first < n; first += part_size) {
-    const double size = typical_size(candidates, first);
-    for (int i = first; i < first + part_size; ++i) prior.entries[n * i + i] += default_share * size * size;
+    const double size = typical_size(candidates, first, sizes);
+    for (int i = first; i < first + part_size; ++i) entries[n * i + i] += default_share * size * size;
   }
 }
 
-bool PriorMemory::start(const double* given, const Candidates& candidates, Prior& prior,
-                        InformationFactor& factor) noexcept {
-  prior = Prior();
+bool Prior::start(const double* given, const Candidates& candidates, float* sizes, InformationFactor& factor) noexcept {
+  *this = Prior();
   if (given != nullptr) {
-    if (!prior.read(given)) return false;
-    const bool is_definite = factor.reset(prior.entries);
-    if (is_definite &&
-        bound_whitened_rows(factor.inverse(), candidates.column_max).squares <= longest_row * longest_row)
-      return true;
-    if (!prior.is_semidefinite()) return false;
+    if (!read(given)) return false;
+    const bool is_definite = factor.reset(entries);
+    if (is_definite && factor.bound_rows(candidates.column_max).squares <= longest_row * longest_row) return true;
+    if (!is_semidefinite()) return false;
   }
-  const Prior of_given = prior;
+  const Prior of_given = *this;
   for (const double rounding : roundings) {
-    prior = raised(of_given, rounding);
-    add_default(candidates, prior);
-    if (factor.reset(prior.entries)) return true;
+    *this = raised(of_given, rounding);
+    add_default(candidates, sizes);
+    if (factor.reset(entries)) return true;
   }
   return false;
 }

@@ -1,11 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "kernel/base/aligned_array.hpp"
 #include "kernel/blocks/candidates.hpp"
-#include "kernel/information/information_factor.hpp"
-
-#include <cstddef>
+#include "kernel/information/factor.hpp"
 
 namespace maxlogdet {
 
@@ -18,23 +15,14 @@ struct Prior {
   bool read(const double* given) noexcept;
   /// But for that rounding.
   bool is_semidefinite() const noexcept;
-};
-
-/// Memory to find a default prior among up to `capacity` candidates.
-class PriorMemory {
- public:
-  explicit PriorMemory(std::size_t capacity) : sizes_(padded(capacity)) {}
 
   /// Sets M0, and `factor` to it. `given`: as Options::prior; nullptr: the default prior, which is also added to what
-  /// leaves a direction without information. Returns false if what is given is no information.
-  bool start(const double* given, const Candidates& candidates, Prior& prior, InformationFactor& factor) noexcept;
+  /// leaves a direction without information. Returns false if what is given is no information. `sizes`: scratch for
+  /// padded(candidates.count), aligned.
+  bool start(const double* given, const Candidates& candidates, float* sizes, InformationFactor& factor) noexcept;
 
  private:
-  static std::size_t padded(std::size_t count) noexcept { return (count + 15) / 16 * 16; }
-  double typical_size(const Candidates& candidates, int first_column) noexcept;
-  void add_default(const Candidates& candidates, Prior& prior) noexcept;
-
-  AlignedArray<float> sizes_;  // of each candidate's rows in some columns
+  void add_default(const Candidates& candidates, float* sizes) noexcept;
 };
 
 }  // namespace maxlogdet

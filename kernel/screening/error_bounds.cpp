@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "kernel/screening/error_bounds.hpp"
 
-#include "kernel/base/limits.hpp"
-#include "kernel/information/whitened_rows.hpp"
-#include "simd/rounding.hpp"
+#include "kernel/base/memory.hpp"
+#include "simd/gain_filter.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -65,7 +64,7 @@ void ErrorBounds::begin_round(const InformationFactor& factor, bool may_last, fl
   may_last = may_last && !in_float64_ && is_small() && drift_ < small_drift;
   if (still_hold(may_last, highest)) return;
   is_lasting_ = may_last;
-  bound_rows(factor.inverse());
+  bound_rows(factor);
   tighten(highest);
   round.filter = filter_at(std::max(0.0, expected));
 }
@@ -79,8 +78,8 @@ double ErrorBounds::row_error() const noexcept {
   return whitening_errors[form_] * float_unit_roundoff * std::sqrt(row_squares_);
 }
 
-void ErrorBounds::bound_rows(const double* w) noexcept {
-  const WhitenedRowBounds bounds = bound_whitened_rows(w, column_max_);
+void ErrorBounds::bound_rows(const InformationFactor& factor) noexcept {
+  const WhitenedRowBounds bounds = factor.bound_rows(column_max_);
   row_squares_ = tight_squares_ = is_lasting_ ? simd::dimension * bounds.frobenius : bounds.squares;
   const double norm = std::sqrt(row_squares_);
   volume_error_ = volume_error(row_squares_, row_error(), rows_);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "kernel/information/information_factor.hpp"
+#include "kernel/information/factor.hpp"
 #include "simd/kernel.hpp"
 
 namespace maxlogdet {
@@ -11,6 +11,7 @@ namespace maxlogdet {
 /// candidates, else in float64.
 class ErrorBounds {
  public:
+  ErrorBounds() = default;
   /// `column_max`: the maximum |entry| of each column over all rows, as Candidates::largest_of_form for this form.
   ErrorBounds(simd::Form form, const double* column_max) noexcept
       : form_(form), rows_(simd::rows_of(form)), column_max_(column_max) {}
@@ -32,16 +33,16 @@ class ErrorBounds {
  private:
   bool is_small() const noexcept;
   bool still_hold(bool may_last, float highest) const noexcept;
-  void bound_rows(const double* w) noexcept;
+  void bound_rows(const InformationFactor& factor) noexcept;
   double row_error() const noexcept;
   double elimination_error() const noexcept;
   double orthogonal_error() const noexcept;
   simd::GainFilter filter_at(double tangent) const noexcept;
   void tighten(float highest) noexcept;
 
-  simd::Form form_;
-  int rows_;
-  const double* column_max_;
+  simd::Form form_ = simd::one_row;
+  int rows_ = 1;
+  const double* column_max_ = nullptr;
 
   bool is_lasting_ = false;  // the bound of |Y| also holds in later rounds
   bool in_float64_ = false;

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "kernel/screening/screening.hpp"
 
-#include "kernel/blocks/stored_rows.hpp"
-
 #include <algorithm>
 #include <cassert>
 
@@ -21,21 +19,21 @@ constexpr std::size_t min_exact_tiles = 8;
 
 }  // namespace
 
-ScreeningMemory::ScreeningMemory(std::size_t capacity)
-    : tiles(capacity),
-      bounds(padded(tiles_of(capacity))),
-      highest(padded(tiles_of(capacity))),
-      gains(padded(capacity)),
-      list(padded(tiles_of(capacity))) {}
+Screening::Screening(std::size_t capacity, threading::Team& team)
+    : team_(team),
+      tiles_(capacity),
+      bounds_(padded(tiles_of(capacity))),
+      highest_(padded(tiles_of(capacity))),
+      gains_(padded(capacity)),
+      list_(padded(tiles_of(capacity))) {}
 
-Screening::Screening(const Candidates& candidates, threading::Team& team, ScreeningMemory& memory) noexcept
-    : candidates_(candidates),
-      kernel_(*candidates.kernel),
-      team_(team),
-      memory_(memory),
-      tiles_(candidates, memory.tiles),
-      errors_(candidates.form, candidates.largest_of_form) {
-  round_.arrays = {memory.bounds.data(), memory.highest.data(), memory.gains.data(), memory.list};
+void Screening::start(const Candidates& candidates) noexcept {
+  candidates_ = &candidates;
+  tiles_.start(candidates);
+  errors_ = ErrorBounds(candidates.form, candidates.largest_of_form);
+  round_ = simd::Round();
+  round_.arrays = {bounds_.data(), highest_.data(), gains_.data(), list_};
+  expected_share_ = 0.9;
 }
 
 void Screening::use_store(const unsigned char* free) noexcept {
@@ -43,7 +41,7 @@ void Screening::use_store(const unsigned char* free) noexcept {
   forget();
 }
 
-void Screening::use_listed(const Candidate* listed, std::size_t count) noexcept {
+void Screening::use_listed(const Index* listed, std::size_t count) noexcept {
   tiles_.use_listed(listed, count);
   forget();
 }
@@ -51,7 +49,7 @@ void Screening::use_listed(const Candidate* listed, std::size_t count) noexcept 
 void Screening::forget() noexcept {
   assert(!is_open_);
   errors_.forget();
-  float* const bounds = memory_.bounds.data();
+  float* const bounds = bounds_.data();
   std::fill_n(bounds, tiles_.tiles().count, float_infinity);
   std::fill(bounds + tiles_.tiles().count, bounds + tile_size * tiles_of(tiles_.tiles().count), -1.0F);
   highest_bound_ = float_infinity;
@@ -60,15 +58,15 @@ void Screening::forget() noexcept {
 
 void Screening::order_by_gain() noexcept {
   assert(!is_open_ && round_.evaluated_from <= any_candidate);  // all are evaluated
-  const float top = std::max(0.0F, kernel_.arrays.largest(memory_.gains.data(), tiles_.lanes()));
+  const float top = std::max(0.0F, candidates_->kernel->arrays.largest(gains_.data(), tiles_.lanes()));
   const simd::TileLine line = round_.filter.line_of_tiles();
-  tiles_.order_by(memory_.gains.data(), top);
-  float* const bounds = memory_.bounds.data();
+  tiles_.order_by(gains_.data(), top);
+  float* const bounds = bounds_.data();
   const std::size_t count = tiles_.tiles().count;
   for (std::size_t tile = 0; tile < count; ++tile)
     bounds[tile] = line.at(tiles_.upper_end(static_cast<Tile>(tile), top));
   std::fill(bounds + count, bounds + tile_size * tiles_of(count), -1.0F);
-  highest_bound_ = kernel_.arrays.largest(bounds, count);
+  highest_bound_ = candidates_->kernel->arrays.largest(bounds, count);
 }
 
 // Nothing is evaluated yet.
@@ -111,10 +109,10 @@ simd::Evaluated Screening::evaluate(const Tile* list, std::size_t count) noexcep
   // Runs on helpers: writes `gains` and `highest` of its own tiles, and its own part.
   const std::uint32_t chunks = team_.in_chunks(
       count, in_float64 ? min_exact_tiles : min_tiles, [&](std::size_t first, std::size_t size, std::uint32_t chunk) {
-        parts[chunk] = in_float64 ? candidates_.exact().evaluate(tiles_.tiles(), tiles_.blocks(), factor_->inverse(),
-                                                                 by_elimination, list + first, size, round_.arrays)
-                                  : kernel_.rounds[candidates_.form].evaluate(tiles_.tiles(), factor_->narrow_inverse(),
-                                                                              list + first, size, round_.arrays);
+        parts[chunk] = in_float64 ? candidates_->exact().evaluate(tiles_.tiles(), tiles_.blocks(), factor_->inverse(),
+                                                                  by_elimination, list + first, size, round_.arrays)
+                                  : candidates_->kernel->rounds[candidates_->form].evaluate(
+                                        tiles_.tiles(), factor_->narrow_inverse(), list + first, size, round_.arrays);
       });
   simd::Evaluated all = parts[0];
   for (std::uint32_t chunk = 1; chunk < chunks; ++chunk) {
@@ -131,11 +129,11 @@ struct Screening::Steps {
 
   float best() const noexcept { return found; }
   float highest_left(const simd::Round& round) const noexcept {
-    return screening.kernel_.bounds.highest_unevaluated(screening.tiles_.tiles(), round);
+    return screening.candidates_->kernel->bounds.highest_unevaluated(screening.tiles_.tiles(), round);
   }
   void evaluate(simd::Round& round, float from) noexcept {
-    const std::size_t count = screening.kernel_.arrays.list_tiles(round.arrays.bounds, screening.tiles_.tiles().count,
-                                                                  from, round.evaluated_from, round.arrays.list);
+    const std::size_t count = screening.candidates_->kernel->arrays.list_tiles(
+        round.arrays.bounds, screening.tiles_.tiles().count, from, round.evaluated_from, round.arrays.list);
     const simd::Evaluated evaluated = screening.evaluate(round.arrays.list, count);
     round.evaluations += evaluated.count;
     found = std::max(found, evaluated.best);
@@ -145,11 +143,11 @@ struct Screening::Steps {
 // Evaluates what may hold the best, and lists what survives.
 std::size_t Screening::find(Lane* lanes) noexcept {
   if (!errors_.in_float64() && team_.workers() == 1) {
-    return kernel_.rounds[candidates_.form].run(tiles_.tiles(), factor_->narrow_inverse(), round_, lanes);
+    return candidates_->kernel->rounds[candidates_->form].run(tiles_.tiles(), factor_->narrow_inverse(), round_, lanes);
   }
   Steps steps{*this};
   simd::prove_best(round_, steps);
-  return kernel_.bounds.list_survivors(tiles_.tiles(), round_, lanes);
+  return candidates_->kernel->bounds.list_survivors(tiles_.tiles(), round_, lanes);
 }
 
 std::size_t Screening::survivors(Lane* lanes) noexcept {
@@ -171,7 +169,7 @@ std::size_t Screening::drop_copies(Lane* lanes, std::size_t count) const noexcep
   const auto has_lower_index = [this](Lane a, Lane b) { return tiles_.candidate(a) < tiles_.candidate(b); };
   const Lane first = *std::min_element(lanes, lanes + count, has_lower_index);
   const auto is_copy = [this, first](Lane lane) {
-    return lane != first && are_identical(candidates_, tiles_.candidate(lane), tiles_.candidate(first));
+    return lane != first && candidates_->are_identical(tiles_.candidate(lane), tiles_.candidate(first));
   };
   return static_cast<std::size_t>(std::remove_if(lanes, lanes + count, is_copy) - lanes);
 }
@@ -184,7 +182,7 @@ void Screening::use_float64() noexcept {
   reset_round();
 }
 
-void Screening::keep_bounds() noexcept { highest_bound_ = kernel_.bounds.keep(tiles_.tiles(), round_); }
+void Screening::keep_bounds() noexcept { highest_bound_ = candidates_->kernel->bounds.keep(tiles_.tiles(), round_); }
 
 void Screening::end_round() noexcept {
   assert(is_open_);

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "kernel/base/aligned_array.hpp"
-#include "kernel/base/limits.hpp"
-#include "kernel/information/information_factor.hpp"
+#include "kernel/base/memory.hpp"
+#include "kernel/information/factor.hpp"
 #include "kernel/screening/error_bounds.hpp"
 #include "kernel/screening/tiles.hpp"
 #include "simd/kernel.hpp"
@@ -14,17 +13,6 @@
 
 namespace maxlogdet {
 
-/// Memory of a Screening for up to `capacity` candidates, allocated once.
-struct ScreeningMemory {
-  explicit ScreeningMemory(std::size_t capacity);
-
-  TileMemory tiles;
-  ArrayOf<Tile, float> bounds;  ///< as in simd::RoundArrays, this and the following
-  ArrayOf<Tile, float> highest;
-  ArrayOf<Lane, float> gains;
-  AlignedArray<Tile> list;
-};
-
 /// Finds the candidates whose float64 gain may be the maximum, usually a single one. Three parts do it: a
 /// TileLayout knows where each candidate is, stale bounds tell which tiles need not be evaluated, ErrorBounds what
 /// float32 proves. A simd::Round is made of them (docs/architecture.md).
@@ -33,11 +21,14 @@ struct ScreeningMemory {
 /// on bounds are kept from round to round, which is right because the information of the rounds only increases.
 class Screening {
  public:
-  Screening(const Candidates& candidates, threading::Team& team, ScreeningMemory& memory) noexcept;
+  /// Allocates memory for up to `capacity` candidates, once. The team lives as long as this.
+  Screening(std::size_t capacity, threading::Team& team);
 
-  /// Starts with other candidates, as TileLayout::use_store and use_listed. All that is known is forgotten.
+  /// Begins a selection among these candidates, which live until its end.
+  void start(const Candidates& candidates) noexcept;
+  /// Starts with other ones of them, as TileLayout::use_store and use_listed. All that is known is forgotten.
   void use_store(const unsigned char* free) noexcept;
-  void use_listed(const Candidate* listed, std::size_t count) noexcept;
+  void use_listed(const Index* listed, std::size_t count) noexcept;
 
   /// Where the candidates are.
   TileLayout& layout() noexcept { return tiles_; }
@@ -62,8 +53,11 @@ class Screening {
   /// Removes a remaining candidate, between rounds.
   void remove(Lane lane) noexcept {
     tiles_.remove(lane);
-    memory_.gains[lane] = -1;
+    gains_[lane] = -1;
   }
+
+  /// The stale bound of a tile: no exact relative gain in it exceeds this, but for the drift.
+  float bound(Tile tile) const noexcept { return bounds_[tile]; }
 
   /// Gains evaluated so far.
   std::size_t evaluations() const noexcept { return round_.evaluations; }
@@ -80,18 +74,20 @@ class Screening {
   std::size_t drop_copies(Lane* lanes, std::size_t count) const noexcept;
   void use_float64() noexcept;
 
-  const Candidates& candidates_;
-  const simd::Kernel& kernel_;
+  const Candidates* candidates_ = nullptr;
   threading::Team& team_;
-  ScreeningMemory& memory_;
   TileLayout tiles_;
   ErrorBounds errors_;
   simd::Round round_;
+  ArrayOf<Tile, float> bounds_;  // as in simd::RoundArrays, this and the following
+  ArrayOf<Tile, float> highest_;
+  ArrayOf<Lane, float> gains_;
+  AlignedArray<Tile> list_;
   const InformationFactor* factor_ = nullptr;  // of the round
   bool is_open_ = false;                       // within a round
   double last_norm_ = infinity;                // of W in the round before, to be asserted
   float highest_bound_ = float_infinity;
-  double expected_share_ = 0.9;  // predicted ratio of a round's best relative gain to its highest bound
+  double expected_share_ = 0;  // predicted ratio of a round's best relative gain to its highest bound
 };
 
 }  // namespace maxlogdet

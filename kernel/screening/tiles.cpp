@@ -17,63 +17,63 @@ constexpr std::int32_t buckets = 512;
 
 }  // namespace
 
-TileMemory::TileMemory(std::size_t capacity)
-    : records(padded(capacity) * simd::record_size(simd::three_rows)),
-      packed(padded(capacity) * simd::dimension * max_block_rows),
-      candidate(padded(capacity)),
-      remaining(padded(capacity)),
-      in_each(tiles_of(capacity)),
-      lane(padded(capacity)),
-      bucket(padded(capacity)),
-      ordered(padded(capacity)),
-      bucket_of_tile(padded(capacity) / tile_size),
-      first_in_bucket(buckets + 1) {}
+TileLayout::TileLayout(std::size_t capacity)
+    : records_(padded(capacity) * simd::record_size(simd::three_rows)),
+      packed_(padded(capacity) * simd::dimension * max_block_rows),
+      candidate_(padded(capacity)),
+      remaining_(padded(capacity)),
+      in_each_(tiles_of(capacity)),
+      lane_(padded(capacity)),
+      bucket_(padded(capacity)),
+      ordered_(padded(capacity)),
+      bucket_of_tile_(padded(capacity) / tile_size),
+      first_in_bucket_(buckets + 1) {}
 
 void TileLayout::use_tiles(const float* data, std::size_t tile_stride, std::size_t entry_stride,
                            std::size_t count) noexcept {
-  tiles_ = {data, tile_stride, entry_stride, tiles_of(count), memory_.remaining.data(), memory_.in_each.data()};
+  tiles_ = {data, tile_stride, entry_stride, tiles_of(count), remaining_.data(), in_each_.data()};
 }
 
 // Copies the candidates in their order to tiles, in the layout of gather(); reads up to the next multiple of 16.
-void TileLayout::pack() const noexcept {
-  const std::size_t entries = simd::entries_of(candidates_.form);
-  for (std::size_t lane = 0; lane < candidates_.count; lane += tile_size) {
+void TileLayout::pack() noexcept {
+  const std::size_t entries = simd::entries_of(candidates_->form);
+  for (std::size_t lane = 0; lane < candidates_->count; lane += tile_size) {
     for (std::size_t e = 0; e < entries; ++e) {
       const float* const plane =
-          candidates_.planes.data + simd::plane_of(candidates_.form, e) * candidates_.planes.stride + lane;
-      std::copy_n(plane, tile_size, memory_.packed + lane * entries + e * tile_size);
+          candidates_->planes.data + simd::plane_of(candidates_->form, e) * candidates_->planes.stride + lane;
+      std::copy_n(plane, tile_size, packed_ + lane * entries + e * tile_size);
     }
   }
 }
 
 void TileLayout::use_store(const unsigned char* free) noexcept {
-  const std::size_t n = candidates_.count;
+  const std::size_t n = candidates_->count;
   is_store_order_ = true;
   is_ordered_ = are_lanes_known_ = false;
-  if (candidates_.form == simd::factored) {
+  if (candidates_->form == simd::factored) {
     pack();
-    use_tiles(memory_.packed, tile_size * simd::entries_of(candidates_.form), tile_size, n);
+    use_tiles(packed_, tile_size * simd::entries_of(candidates_->form), tile_size, n);
   } else {
-    use_tiles(candidates_.planes.data, tile_size, candidates_.planes.stride, n);
+    use_tiles(candidates_->planes.data, tile_size, candidates_->planes.stride, n);
   }
-  for (std::size_t i = 0; i < lanes(); ++i) memory_.candidate.data()[i] = static_cast<Candidate>(i);
-  float* const remaining = memory_.remaining.data();
+  for (std::size_t i = 0; i < lanes(); ++i) candidate_.data()[i] = static_cast<Index>(i);
+  float* const remaining = remaining_.data();
   for (std::size_t i = 0; i < n; ++i) remaining[i] = free[i] != 0 ? 1.0F : 0.0F;
   std::fill(remaining + n, remaining + lanes(), 0.0F);
   for (std::size_t tile = 0; tile < tiles_.count; ++tile) {
     unsigned count = 0;  // converted, not compared: GCC 12 on AArch64 sums comparisons of floats as -1 each
     for (std::size_t lane = 0; lane < tile_size; ++lane)
       count += static_cast<unsigned>(static_cast<int>(remaining[tile_size * tile + lane]));
-    memory_.in_each.data()[tile] = static_cast<unsigned char>(count);
+    in_each_.data()[tile] = static_cast<unsigned char>(count);
   }
 }
 
 void TileLayout::make_records() noexcept {
-  functions().make_records(candidates_.planes, candidates_.count, memory_.records);
+  functions().make_records(candidates_->planes, candidates_->count, records_);
 }
 
-void TileLayout::use_listed(const Candidate* listed, std::size_t count) noexcept {
-  std::copy_n(listed, count, memory_.candidate.data());
+void TileLayout::use_listed(const Index* listed, std::size_t count) noexcept {
+  std::copy_n(listed, count, candidate_.data());
   is_ordered_ = are_lanes_known_ = false;
   pack_listed(count);
 }
@@ -81,26 +81,26 @@ void TileLayout::use_listed(const Candidate* listed, std::size_t count) noexcept
 // The tiles of the first `count` lanes' candidates, all of which remain; the last tile is filled with copies.
 void TileLayout::pack_listed(std::size_t count) noexcept {
   is_store_order_ = false;
-  use_tiles(memory_.packed, tile_size * simd::entries_of(candidates_.form), tile_size, count);
-  Candidate* const candidate = memory_.candidate.data();
+  use_tiles(packed_, tile_size * simd::entries_of(candidates_->form), tile_size, count);
+  Index* const candidate = candidate_.data();
   if (count < lanes()) std::fill(candidate + count, candidate + lanes(), candidate[count - 1]);
-  functions().gather(memory_.records, candidate, lanes(), memory_.packed);
-  float* const remaining = memory_.remaining.data();
+  functions().gather(records_, candidate, lanes(), packed_);
+  float* const remaining = remaining_.data();
   std::fill_n(remaining, count, 1.0F);
   std::fill(remaining + count, remaining + lanes(), 0.0F);
-  std::fill_n(memory_.in_each.data(), tiles_.count, static_cast<unsigned char>(tile_size));
+  std::fill_n(in_each_.data(), tiles_.count, static_cast<unsigned char>(tile_size));
   const std::size_t filling = lanes() - count;
-  if (filling > 0) memory_.in_each.data()[tiles_.count - 1] = static_cast<unsigned char>(tile_size - filling);
+  if (filling > 0) in_each_.data()[tiles_.count - 1] = static_cast<unsigned char>(tile_size - filling);
 }
 
 // A counting sort.
 void TileLayout::order_by(const float* values, float top) noexcept {
-  std::uint32_t* const first = memory_.first_in_bucket;
-  std::uint32_t* const bucket = memory_.bucket.data();
+  std::uint32_t* const first = first_in_bucket_;
+  std::uint32_t* const bucket = bucket_.data();
   std::fill_n(first, buckets + 1, 0U);  // the last bucket holds the lanes that do not remain
   for (std::size_t lane = 0; lane < lanes(); ++lane) {
     const std::int32_t below = (bits_of(top) - std::max(0, bits_of(values[lane]))) >> bucket_shift;
-    const bool remains = memory_.remaining.data()[lane] > 0;
+    const bool remains = remaining_.data()[lane] > 0;
     bucket[lane] = static_cast<std::uint32_t>(remains ? std::min(below, buckets - 1) : buckets);
   }
   for (std::size_t lane = 0; lane < lanes(); ++lane) ++first[bucket[lane]];
@@ -113,11 +113,11 @@ void TileLayout::order_by(const float* values, float top) noexcept {
   const std::size_t count = first[buckets];
   for (std::size_t lane = 0; lane < lanes(); ++lane) {
     const std::uint32_t position = first[bucket[lane]]++;
-    memory_.ordered.data()[position] = memory_.candidate.data()[lane];
-    if (position % tile_size == 0) memory_.bucket_of_tile.data()[position / tile_size] = bucket[lane];
+    ordered_.data()[position] = candidate_.data()[lane];
+    if (position % tile_size == 0) bucket_of_tile_.data()[position / tile_size] = bucket[lane];
   }
   make_records();
-  memory_.candidate.swap(memory_.ordered);
+  candidate_.swap(ordered_);
   is_ordered_ = true;
   are_lanes_known_ = false;
   pack_listed(count);
@@ -126,14 +126,14 @@ void TileLayout::order_by(const float* values, float top) noexcept {
 void TileLayout::find_lanes() noexcept {
   for (std::size_t i = 0; i < lanes(); ++i) {
     const auto lane = static_cast<Lane>(i);
-    if (remains(lane)) memory_.lane[candidate(lane)] = lane;
+    if (remains(lane)) lane_[candidate(lane)] = lane;
   }
   are_lanes_known_ = true;
 }
 
-Lane TileLayout::lane_of(Candidate candidate) const noexcept {
+Lane TileLayout::lane_of(Index candidate) const noexcept {
   assert(has_lane_of());
-  const Lane lane = is_store_order_ ? static_cast<Lane>(candidate) : memory_.lane[candidate];
+  const Lane lane = is_store_order_ ? static_cast<Lane>(candidate) : lane_[candidate];
   const bool is_there = number(lane) < lanes() && this->candidate(lane) == candidate && remains(lane);
   return is_there ? lane : no_lane;
 }

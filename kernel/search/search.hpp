@@ -3,16 +3,13 @@
 
 #include "kernel/base/deadline.hpp"
 #include "kernel/blocks/candidates.hpp"
-#include "kernel/information/information_factor.hpp"
+#include "kernel/information/factor.hpp"
 #include "kernel/information/prior.hpp"
-#include "kernel/information/problem.hpp"
 #include "kernel/screening/screening.hpp"
-#include "kernel/search/answer.hpp"
 #include "kernel/search/constraints.hpp"
 #include "kernel/search/target.hpp"
 #include "threading/team.hpp"
 
-#include <maxlogdet/block_store.hpp>
 #include <maxlogdet/options.hpp>
 #include <maxlogdet/selection.hpp>
 
@@ -23,64 +20,54 @@
 
 namespace maxlogdet {
 
-/// All the memory of a Search among up to `capacity` candidates, allocated once. Throws std::bad_alloc for a capacity
-/// that does not fit into 32 bits.
-struct SearchMemory {
-  explicit SearchMemory(std::size_t capacity);
-
-  std::size_t capacity;
-  const simd::Kernel* kernel;  ///< picked on construction; nullptr: MAXLOGDET_ISA names an unsupported one
-  threading::Team team;
-  PriorMemory prior;
-  ScreeningMemory screening;
-  Constraints constraints;
-  Answer answer;
-  std::vector<Lane> survivors;            ///< of a round, between which float64 decides
-  std::vector<Candidate> deciding;        ///< the survivors' candidates
-  std::vector<Candidate> pool;            ///< scratch of a strategy
-  std::vector<double> relative_gains;     ///< of the survivors; traces of all candidates
-  std::vector<std::uint32_t> order;       ///< numbers of candidates
-  std::vector<unsigned char> is_counted;  ///< per candidate: whether it is part of a sum
-  std::vector<std::uint32_t> reported;    ///< the answer in the caller's indices
-};
-
-/// What every strategy works on: the candidates that remain, and the answer so far. All memory belongs to the
-/// SearchMemory. Strategies change the answer only by what is here, so that groups, targets and the count of what
+/// What every strategy works on: the candidates that remain, the answer so far, and its information; in memory that is
+/// allocated once. Strategies change the answer only by what is here, so that groups, targets and the count of what
 /// remains follow.
 class Search {
  public:
-  /// `memory` must have a kernel, and room for the candidates. `deadline`: since the caller began.
-  Search(const BlockStore& blocks, const Options& options, const Deadline& deadline, SearchMemory& memory) noexcept;
+  /// Throws std::bad_alloc, also for a capacity that does not fit into 32 bits.
+  explicit Search(std::size_t capacity);
 
-  /// Reads constraints, prior and targets, and selects the required candidates. Returns the first error.
-  Error start(const BlockStore& blocks, const Options& options) noexcept;
+  std::size_t capacity() const noexcept { return capacity_; }
+  /// Picked on construction; nullptr: MAXLOGDET_ISA names one that is not supported.
+  const simd::Kernel* kernel() const noexcept { return kernel_; }
+  threading::Team& team() noexcept { return team_; }
 
-  /// The candidates, the prior and the constraints, for functions that need no state of the search.
-  const Problem& problem() const noexcept { return problem_; }
-  const Answer& answer() const noexcept { return answer_; }
-  const Constraints& constraints() const noexcept { return constraints_; }
-  Screening& screening() noexcept { return screening_; }
-  /// Scratch of a strategy, for all candidates.
-  Candidate* pool() noexcept { return memory_.pool.data(); }
+  /// Begins a selection: reads constraints, prior and targets, and selects the required candidates. Returns the first
+  /// error. There is a kernel, and the capacity suffices. `deadline`: since the caller began.
+  Error start(const Candidates& candidates, const Options& options, const Deadline& deadline) noexcept;
 
   /// Whether the budget has room, candidates remain, and the targets are not met.
   bool wants_more() const noexcept { return missing() > 0 && !is_enough_; }
   bool is_late() const noexcept { return deadline_.has_passed(); }
   /// Candidates that may still be selected, and how many of them the budget allows.
   std::size_t remaining() const noexcept { return remaining_; }
-  std::size_t missing() const noexcept { return std::min(budget_ - answer_.size(), remaining_); }
+  std::size_t missing() const noexcept { return std::min(budget_ - size_, remaining_); }
+  /// How many are selected, and of how many rows their blocks are.
+  std::size_t size() const noexcept { return size_; }
+  int rows() const noexcept { return candidates_.rows; }
 
-  /// The lane of the best candidate in an open round of the screening at the information of the answer. Float64 decides
-  /// between the survivors; ties go to the lowest index.
+  /// What remains is screened from here on: in the order of the store; or these alone, gathered.
+  void screen_all() noexcept { screening_.use_store(constraints_.free()); }
+  void screen(const Index* listed, std::size_t count) noexcept { screening_.use_listed(listed, count); }
+  /// After the third round, orders it by the gains of the last one: later rounds evaluate little.
+  void order_by_gain() noexcept;
+  bool is_ordered() const noexcept { return screening_.layout().is_ordered(); }
+
+  /// A round: the lane of the best of what is screened. Float64 decides between the survivors of the screening; ties go
+  /// to the lowest index.
   Lane find_best() noexcept;
-
+  Index candidate(Lane lane) const noexcept { return screening_.layout().candidate(lane); }
   /// Adds the candidate of a lane to the answer and removes it from what remains, and the rest of its group if that is
   /// full now.
   void select(Lane lane) noexcept;
-  /// Lists the candidates that remain, for a search that goes on among these.
-  std::size_t list_remaining(Candidate* list) noexcept;
-  /// Counts candidates that are out without being in a lane.
-  void close(std::size_t count) noexcept { remaining_ -= count; }
+
+  /// Lists all that remain, remaining() of them, for a strategy to draw from; to be changed at will. Prepares screen().
+  Index* list_remaining() noexcept;
+  /// Drops from the first remaining() of that list those whose group is full.
+  void drop_closed(Index* list) noexcept;
+  /// Whether the group of this candidate has room left.
+  bool has_room(Index candidate) const noexcept { return constraints_.has_room(candidate); }
 
   /// A proved upper bound of the log det of any selection that the options allow, nats; infinite where log det may have
   /// no correct digits.
@@ -90,27 +77,42 @@ class Search {
   void report(Status status, Selection& selection) const noexcept;
 
  private:
-  void take(Candidate candidate) noexcept;
+  double add_rows(Index candidate, InformationFactor& to) const noexcept;
+  InformationFactor factor_of_all() const noexcept;
+  void take(Index candidate) noexcept;
   void reject(Lane lane) noexcept;
-  void set_target() noexcept;
-  InformationFactor factor_of_all() noexcept;
-  void check_target() noexcept { is_enough_ = target_.is_asked() && target_.is_met(answer_.factor()); }
+  void check_target() noexcept { is_enough_ = target_.is_asked() && target_.is_met(factor_); }
   double log_det() const noexcept;
+  double bound_of_traces(std::size_t budget) noexcept;
+  std::size_t list_by_trace(std::size_t count) noexcept;
 
-  SearchMemory& memory_;
+  std::size_t capacity_;
+  const simd::Kernel* kernel_;
+  threading::Team team_;
   Candidates candidates_;
-  Screening screening_;
   Prior prior_;
-  Problem problem_;
-  Constraints& constraints_;
-  Answer& answer_;
-  Deadline deadline_;
+  Constraints constraints_;
+  Screening screening_;
   Target target_;
-  bool is_enough_ = false;
-  std::size_t budget_;         // including required candidates
-  bool has_candidates_;        // whether the store has any, valid or not
+  Deadline deadline_;
+  std::size_t budget_ = 0;     // including required candidates
   std::size_t remaining_ = 0;  // candidates that may still be selected
+  bool is_enough_ = false;     // the targets are met
   std::size_t decisions_ = 0;  // survivors evaluated in float64
+
+  // The answer, in order of selection.
+  std::size_t size_ = 0;
+  std::vector<std::uint32_t> indices_;
+  std::vector<double> gains_;  // the increase in log det when each is added to those before it, nats
+  InformationFactor at_prior_, factor_;
+
+  AlignedArray<float> sizes_;            // of blocks, to find a typical one
+  std::vector<Lane> survivors_;          // of a round, between which float64 decides
+  std::vector<Index> deciding_;          // their candidates
+  std::vector<Index> pool_;              // what a strategy draws from
+  std::vector<double> relative_gains_;   // of the survivors; or traces of all candidates
+  std::vector<std::uint32_t> by_trace_;  // numbers of candidates
+  std::vector<unsigned char> is_open_;   // per candidate: free, and not selected
 };
 
 }  // namespace maxlogdet

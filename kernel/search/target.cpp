@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "kernel/search/target.hpp"
 
-#include "kernel/base/limits.hpp"
+#include "kernel/base/memory.hpp"
 
 #include <cmath>
 
@@ -77,7 +77,6 @@ bool Target::is_met(const InformationFactor& factor) const noexcept {
 }
 
 void Target::report(const InformationFactor& factor, Selection& selection) const noexcept {
-  selection.efficiency = selection.translation_sigma = selection.rotation_sigma = not_a_number;
   if (!is_asked_) return;
   double root = 1;
   for (int c = 0; c < n; ++c) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "kernel/information/information_factor.hpp"
+#include "kernel/information/factor.hpp"
 
 #include <maxlogdet/block_store.hpp>
 #include <maxlogdet/options.hpp>
@@ -13,6 +13,7 @@ namespace maxlogdet {
 /// a selection ends at the same candidate on every machine.
 class Target {
  public:
+  Target() = default;
   explicit Target(const Options& options) noexcept;
 
   /// Returns the first error of the targets, or none.
@@ -38,9 +39,9 @@ class Target {
   void report(const InformationFactor& factor, Selection& selection) const noexcept;
 
  private:
-  bool is_asked_;
-  double share_;  // Options::target.efficiency
-  bool has_translation_, has_rotation_;
+  bool is_asked_ = false;
+  double share_ = 0;  // Options::target.efficiency
+  bool has_translation_ = false, has_rotation_ = false;
   double per_sigma_[simd::padded_dimension] = {};  // 1 / target of the deviation of each direction; 0: none
   double diagonal_of_all_[state_dimension] = {};   // of the Cholesky factor L of M_all
 };

@@ -246,13 +246,14 @@ TEST(EvaluationOfFrames, errors_of_steps_against_true_poses_are_those_of_motions
 TEST(EvaluationOfFrames, the_unit_of_length_changes_nothing_but_lengths) {
   TracedRandom random;
   for (const FrameKind kind : frame_kinds) {
-    const std::vector<Frame> frames = recording(random, kind, 12, 80);
-    for (const Weighting weighting : {Weighting::measurement, Weighting::measurement_and_map}) {
-      EvaluationOptions options = small_options();
-      options.weighting = weighting;
+    std::vector<Frame> frames = recording(random, kind, 12, 80);
+    for (const bool has_covariances : {false, true}) {
+      for (std::size_t i = 0; has_covariances && i < frames.size(); ++i) set_some_covariances(random, frames[i]);
+      const EvaluationOptions options = small_options();
       auto expected = to_json(sim::evaluate({frames}, options, 1));
       for (const int exponent : {-20, -7, 7, 20}) {
-        SCOPED_TRACE(std::string(to_string(kind)) + ", " + to_string(weighting) + ", 2^" + std::to_string(exponent));
+        SCOPED_TRACE(std::string(to_string(kind)) + (has_covariances ? ", covariances" : "") + ", 2^" +
+                     std::to_string(exponent));
         const double per_metre = std::exp2(exponent);
         EvaluationOptions in_that_unit = options;
         in_that_unit.map_sigma *= per_metre;

@@ -9,6 +9,7 @@
 #include "bench/how_fast/tracker_frames.hpp"
 #include "bench/world/draws.hpp"
 #include "bench/world/scene.hpp"
+#include "tests/bench/simulated_frames.hpp"
 #include "tests/support/oracle.hpp"
 #include "tests/support/support.hpp"
 
@@ -28,14 +29,6 @@ using sim::EpsilonOutcome;
 using sim::GreedyMetric;
 using sim::MetricsOptions;
 using sim::MetricsRun;
-
-BlockStore map_bias_blocks(const sim::Frame& frame) {
-  BlockOptions options;
-  options.weighting = Weighting::map_bias;
-  BlockStore blocks;
-  build_blocks(frame, options, blocks);
-  return blocks;
-}
 
 // The definition, by decomposing every candidate in every round. Values of eigenvalues that differ by less than
 // rounding are ties, which go to the lowest index.
@@ -113,7 +106,7 @@ TEST(Metrics, errors_are_those_of_poses_by_brute_force) {
         const std::string selector = sim::metrics_selectors[s];
         SCOPED_TRACE(selector);
         Indices order = scene.random_order;
-        if (s < 4) order = textbook_greedy(sim::greedy_metrics[s], map_bias_blocks(frame), 15);
+        if (s < 4) order = textbook_greedy(sim::greedy_metrics[s], paper_blocks(frame, all_matches(frame)), 15);
         if (selector != "all") order.resize(15);
         const sim::Pose T = pose_by_brute_force(frame, order);
         const sim::PoseError error = run[n][s][0];
@@ -197,7 +190,8 @@ TEST(Epsilon, shares_and_gains_are_those_of_the_selections) {
   options.epsilons = {0.5, 0.05};
   options.seed = 3;
   sim::Draws seeds(3, 7);
-  const BlockStore blocks = map_bias_blocks(make_scene(sim::Scene::euroc_like, 150, seeds.bits()));
+  const Frame frame = make_scene(sim::Scene::euroc_like, 150, seeds.bits());
+  const BlockStore blocks = paper_blocks(frame, all_matches(frame));
   const Matrix6 prior = weak_information();
   const auto f = [&](const Indices& indices) {
     return static_cast<double>(log_det_of(blocks, indices, prior)) - 6 * std::log(weak_prior);
@@ -252,7 +246,6 @@ TEST_P(EigenBaselines, find_the_inliers_but_for_ties_and_the_pose_of_the_library
     const bench::TrackerFrame frame(GetParam(), 465, seed);
     const PinholeCamera& camera = frame.frame.camera;
     GoodFeatures good(frame.measured.size());
-    good.is_weighted = true;  // of chi2()
     good.start(camera, frame.T_predicted);
     for (const FeatureMatch& match : frame.measured) good.add(match);
     const Alignment found = good.align();

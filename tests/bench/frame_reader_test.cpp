@@ -337,8 +337,7 @@ TEST_F(FrameReader, names_what_it_expected_of_rows_and_headers) {
 }
 
 TEST_F(FrameReader, names_what_it_expected_of_comments) {
-  const std::string camera = "# camera: ", sides = "width and height from 1 to 2^20",
-                    none = "distortion within the range of";
+  const std::string camera = "# camera: ", sides = "width and height from 1 to 2^20";
   const std::string one = "one of the comments 'fx,fy,cx,cy,bf', 'camera' and 'camera 0'";
   const Lines good = {pinhole, size, prior, "# Tcw_true" + identity, header, row};
   EXPECT_EQ(read(good).width, 1048576);
@@ -356,8 +355,8 @@ TEST_F(FrameReader, names_what_it_expected_of_comments) {
                        {2, camera + "pinhole,450,460,376,240", one},
                        {6, "# depth_sigma: 0.1", "above the header"},
                        {1, camera + "fisheye,190,190,376,240", "a camera model, one of pinhole, "},
-                       {1, camera + "double_sphere,1,1,1", "double_sphere,fx,fy,cx,cy and 2 parameters"},
-                       {1, camera + "double_sphere,190,190,376,240,0.1,1.5", none}});
+                       {1, camera + "kannala_brandt,1,1,1", "kannala_brandt,fx,fy,cx,cy and 4 parameters"},
+                       {1, camera + "kannala_brandt,-190,190,376,240,0.1,0,0,0", "positive fx and fy"}});
   const std::string gap = "the cameras of a rig from 0 on, without gaps, and at most 256";
   expect_errors({first, "# T_cb 0" + identity, prior, header, row},
                 {{1, "# camera 1: pinhole,450,460,376,240", gap},
@@ -404,12 +403,25 @@ TEST_F(FrameReader, reads_a_folder_in_order_and_nothing_else_in_it) {
   }
 }
 
-TEST(Frame, unknown_covariances_are_those_of_the_default_deviation) {
+TEST(Frame, gives_matches_the_measurement_that_is_asked_for_and_the_covariances_that_are_known) {
   sim::Frame frame;
+  frame.matches.resize(2);
+  frame.matches[0].inv_sigma2 = 0.25;
+  frame.matches[0].u_right = 90;
+  frame.matches[0].depth = 3;
+  frame.matches[1].camera_id = 7;
   frame.map_covariances = {{1, 2, 3, 4, 5, 6, 7, 8, 9}, {nan}};
-  fill_unknown_covariances(frame, 0.5);
-  EXPECT_EQ(frame.map_covariances[0], (std::array<double, 9>{1, 2, 3, 4, 5, 6, 7, 8, 9}));
-  EXPECT_EQ(frame.map_covariances[1], (std::array<double, 9>{0.25, 0, 0, 0, 0.25, 0, 0, 0, 0.25}));
+  for (const DepthCue cue : {DepthCue::none, DepthCue::stereo, DepthCue::depth}) {
+    const std::vector<FeatureMatch> matches = feature_matches(frame, cue);
+    EXPECT_EQ(matches[0].sigma, 2);
+    EXPECT_EQ(matches[0].u_right, cue == DepthCue::stereo ? 90 : unmeasured);
+    EXPECT_EQ(matches[0].depth, cue == DepthCue::depth ? 3 : unmeasured);
+    EXPECT_EQ(matches[0].covariance, frame.map_covariances[0].data());
+    EXPECT_EQ(matches[1].camera_id, 7);
+    EXPECT_EQ(matches[1].covariance, nullptr);
+  }
+  frame.map_covariances.clear();
+  EXPECT_EQ(feature_matches(frame, DepthCue::none)[0].covariance, nullptr);
 }
 
 TEST(ImageGrid, numbers_cells_row_by_row_and_clamps_pixels_to_the_image) {

@@ -293,9 +293,7 @@ TEST(Tracking, a_run_is_its_steps_by_hand) {
       if (kinds[c] == SelectorKind::md && chosen.size() > budget) {
         Frame aligned = frame;
         aligned.T_cw_prior = sim::to_rows(T);
-        BlockOptions block_options;
-        block_options.weighting = Weighting::map_bias;
-        chosen = selected_by_library(aligned, chosen, block_options, with_budget(budget));
+        chosen = selected_by_library(aligned, chosen, with_budget(budget));
       }
       used += static_cast<double>(chosen.size());
       T = reject_outliers(frame.camera, frame.matches, chosen, T, options).estimate.T_cw;

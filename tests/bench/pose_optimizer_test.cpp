@@ -144,6 +144,44 @@ TEST_P(PoseOf, whitening_makes_the_covariance_of_residuals_the_identity) {
   }
 }
 
+TEST_P(PoseOf, a_frame_is_whitened_as_its_blocks_are_with_a_default_where_some_matches_have_covariances) {
+  BlockOptions options;
+  options.map_sigma = 0.3;
+  if (frame_.camera.depth_sigma > 0) options.depth_sigma = frame_.camera.depth_sigma;
+  for (const bool has_covariances : {false, true}) {
+    if (has_covariances) set_some_covariances(random_, frame_);
+    const auto whitenings = whitenings_of(frame_, T_cw_, true, options.map_sigma);
+    BlockStore blocks;
+    build_blocks(frame_, feature_matches(frame_, frame_.camera.depth_cue()), options, blocks);
+    ASSERT_EQ(blocks.stored(), frame_.matches.size());
+    for (std::size_t i = 0; i < frame_.matches.size(); ++i) {
+      LinearizedMatch at;
+      ASSERT_TRUE(linearize(frame_.camera, T_cw_, frame_.matches[i], true, at));
+      EXPECT_LT(relative_difference(gram(stored_block(blocks, i)), gram(whitenings[i] * at.H_x)), 1e-6) << i;
+    }
+  }
+}
+
+// H_c = H_p^n^-1 H_x^n: the paper completes J by a row (0, 0, 1), and H_x by one of zeros.
+TEST(PaperBlock, is_what_the_matrices_of_the_paper_give) {
+  TracedRandom random;
+  const Frame frame = simulated_frame(random, FrameKind::monocular, 80);
+  const Pose T_cw = pose_of(frame);
+  BlockStore blocks;
+  for (const Match& match : frame.matches) {
+    LinearizedMatch at;
+    ASSERT_TRUE(linearize(frame.camera, T_cw, match, false, at));
+    Eigen::Matrix3d H_p = at.H_p * T_cw.linear().transpose();
+    H_p(2, 2) = 1;
+    append_paper_block(T_cw, match, blocks);
+    const Eigen::MatrixXd H_c = product(inverse(H_p), at.H_x);
+    EXPECT_LT(relative_difference(stored_block(blocks, blocks.size() - 1), H_c.topRows(2)), 1e-6);
+    EXPECT_LT(H_c.row(2).norm(), 1e-12);
+  }
+  append_paper_block(sim::exp_se3(sim::pi * Vector6::Unit(4)) * T_cw, frame.matches[0], blocks);
+  EXPECT_EQ(blocks.invalid_count(), 1U) << "behind the camera";
+}
+
 // Of a subset that is not in order, with some gross outliers.
 TEST_P(PoseOf, the_optimum_has_the_information_and_cost_of_whitened_rows_and_no_gradient) {
   add_errors(random_, frame_);
@@ -154,17 +192,15 @@ TEST_P(PoseOf, the_optimum_has_the_information_and_cost_of_whitened_rows_and_no_
   for (std::size_t i = 0; i < 6; ++i) frame_.matches[i].u += random_.uniform(-30, 30);
   for (const PoseMethod method : pose_methods) {
     for (const double huber : {0.0, 2.0}) {
-      for (const std::string map : {"exact", "alike", "individual"}) {
-        SCOPED_TRACE(map);
+      for (const bool is_map_exact : {true, false}) {
         PoseOptions options = precise(method);
         options.huber_monocular = huber;
         options.huber_stereo = 1.2 * huber;
         const Pose start = random_pose(random_, 0.1, 0.02) * T_cw_;
-        frame_.map_covariances.clear();
-        for (std::size_t i = 0; map == "individual" && i < frame_.matches.size(); ++i) {
+        for (std::size_t i = 0; i < frame_.matches.size(); ++i) {
           set_covariance(frame_, i, random_covariance(random_, 0.1, 1e-5));
         }
-        const auto whitenings = map == "exact" ? std::vector<Whitening>() : whitenings_of(frame_, start, true, 0.05);
+        const auto whitenings = is_map_exact ? std::vector<Whitening>() : whitenings_of(frame_, start, true, 0);
         const PoseEstimate estimate = optimize_pose(frame_.camera, frame_.matches, subset, start, options, whitenings);
         ASSERT_EQ(estimate.status, PoseStatus::converged);
         const LinearizedPose at(frame_, subset, estimate.T_cw, options, whitenings);

@@ -3,6 +3,7 @@
 
 #include "bench/world/frame.hpp"
 #include "bench/world/pose_optimizer.hpp"
+#include "bench/world/projection.hpp"
 #include "bench/world/se3.hpp"
 #include "tests/support/camera_oracle.hpp"
 #include "tests/support/support.hpp"
@@ -50,8 +51,8 @@ inline sim::FrameCamera simulated_camera(Random& random, FrameKind kind) {
     case FrameKind::depth: camera.depth_sigma = 0.05; break;
     case FrameKind::fisheye: camera.rig = {Camera::kannala_brandt(wide, 0.02, -0.01, 0.004, -0.001)}; break;
     case FrameKind::rig:
-      camera.rig = {Camera::radial_tangential(pinhole, -0.1, 0.02, 1e-3, -1e-3), Camera::double_sphere(wide, -0.2, 0.6),
-                    Camera(pinhole)};
+      camera.rig = {Camera::radial_tangential(pinhole, -0.1, 0.02, 1e-3, -1e-3),
+                    Camera::kannala_brandt(wide, 0.02, -0.01, 0.004, -0.001), Camera(pinhole)};
       camera.rig[1].T_cb = random_pose(random, 0.2, 0.3);
       camera.rig[2].T_cb = random_pose(random, 0.2, 1.5);
       break;
@@ -170,14 +171,16 @@ inline Subset all_matches(const Frame& frame) {
   return all;
 }
 
-/// What the library selects of some matches, on a frame of these alone.
-inline Subset selected_by_library(const Frame& frame, const Subset& candidates, const BlockOptions& of_blocks,
-                                  const Options& search) {
-  Frame alone = frame;
-  alone.matches.clear();
-  for (const std::uint32_t i : candidates) alone.matches.push_back(frame.matches[i]);
+/// The paper's blocks of some matches.
+inline BlockStore paper_blocks(const Frame& frame, const Subset& candidates) {
   BlockStore blocks;
-  build_blocks(alone, of_blocks, blocks);
+  for (const std::uint32_t i : candidates) append_paper_block(sim::pose_of(frame.T_cw_prior), frame.matches[i], blocks);
+  return blocks;
+}
+
+/// What the library selects of them.
+inline Subset selected_by_library(const Frame& frame, const Subset& candidates, const Options& search) {
+  const BlockStore blocks = paper_blocks(frame, candidates);
   Subset selected;
   for (const std::uint32_t i : select_indices(blocks, search)) selected.push_back(candidates[i]);
   return selected;
@@ -188,6 +191,13 @@ inline Pose pose_of(const Frame& frame) { return sim::pose_of(frame.T_cw_prior);
 inline void set_covariance(Frame& frame, std::size_t i, const Eigen::Matrix3d& covariance) {
   frame.map_covariances.resize(frame.matches.size());
   std::copy_n(covariance.data(), 9, frame.map_covariances[i].begin());
+}
+
+/// Some points have a covariance.
+inline void set_some_covariances(Random& random, Frame& frame) {
+  const Eigen::Matrix3d unknown = Eigen::Matrix3d::Constant(nan);
+  for (std::size_t i = 0; i < frame.matches.size(); ++i)
+    set_covariance(frame, i, random.chance(0.5) ? random_covariance(random, 0.1) : unknown);
 }
 
 /// Options with which an estimate is the optimum except for rounding.

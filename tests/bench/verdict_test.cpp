@@ -24,12 +24,10 @@ void expect_begins(const std::string& text, const std::string& beginning) {
   EXPECT_EQ(text.rfind(beginning, 0), 0U) << text;
 }
 
-Evaluation evaluated(const std::vector<Frame>& frames, std::vector<std::size_t> budgets = {30, 60, 100},
-                     Weighting weighting = Weighting::measurement) {
+Evaluation evaluated(const std::vector<Frame>& frames, std::vector<std::size_t> budgets = {30, 60, 100}) {
   EvaluationOptions options;
   options.budgets = std::move(budgets);
   options.repeats = 4;
-  options.weighting = weighting;
   return sim::evaluate({frames}, options, 2);
 }
 
@@ -71,8 +69,7 @@ TEST_P(EvaluationOf, independent_errors_of_any_size_has_ratios_of_one_and_no_cor
     add_errors(random, frame, errors.sigmas);
     if (errors.has_map) move_points(random, frame, errors.sigmas);
   });
-  const Evaluation evaluation =
-      evaluated(frames, {30, 60, 100}, errors.has_map ? Weighting::measurement_and_map : Weighting::measurement);
+  const Evaluation evaluation = evaluated(frames);
   if (count < 200) return;  // under sanitizers, which take minutes for as many frames as statistics need
   EXPECT_NEAR(evaluation.inliers, 0.995 * 200, 0.8) << "the limits are quantiles, of a scale that scatters";
   double values = 0, log_ratios[2] = {};  // of translation and rotation

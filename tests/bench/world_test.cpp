@@ -336,30 +336,24 @@ Indices best_by_quality(const Frame& frame, Indices candidates, std::size_t coun
 
 TEST(FeatureSelector, quality_md_is_the_library_among_the_best_by_quality_and_md_among_all_candidates) {
   TracedRandom random;
-  for (const BlockKind& kind : block_kinds) {
-    for (const Strategy strategy : {Strategy::lazy_greedy, Strategy::stochastic_greedy}) {
-      SelectorSettings settings = settings_of(SelectorKind::md, 60);
-      settings.blocks.weighting = kind.weighting;
-      settings.blocks.depth_cue = kind.depth_cue;
-      settings.search = with_budget(60, strategy);
-      settings.search.stochastic.epsilon = 0.3;
-      settings.search.stochastic.seed = random.seed();
-      SelectorSettings of_pool = settings;
-      of_pool.kind = SelectorKind::quality_md;
-      of_pool.pool = 90;
-      FeatureSelector md(settings), quality_md(of_pool);
-      for (const std::size_t n : {150U, 500U, 300U}) {
-        Frame frame = make_scene(sim::Scene::euroc_like, n, random.seed() + n);
-        for (sim::Match& match : frame.matches) match.desc_dist = random.integer(0, 12);
-        const Indices candidates = some_of(random, frame);
-        EXPECT_EQ(md.select(frame, candidates),
-                  selected_by_library(frame, candidates, settings.blocks, settings.search))
-            << kind.name;
-        EXPECT_EQ(quality_md.select(frame, candidates),
-                  selected_by_library(frame, best_by_quality(frame, candidates, 90), settings.blocks, settings.search));
-        EXPECT_EQ(FeatureSelector(settings_of(SelectorKind::quality, 40)).select(frame, candidates),
-                  best_by_quality(frame, candidates, 40));
-      }
+  for (const Strategy strategy : {Strategy::lazy_greedy, Strategy::stochastic_greedy}) {
+    SelectorSettings settings = settings_of(SelectorKind::md, 60);
+    settings.search = with_budget(60, strategy);
+    settings.search.stochastic.epsilon = 0.3;
+    settings.search.stochastic.seed = random.seed();
+    SelectorSettings of_pool = settings;
+    of_pool.kind = SelectorKind::quality_md;
+    of_pool.pool = 90;
+    FeatureSelector md(settings), quality_md(of_pool);
+    for (const std::size_t n : {150U, 500U, 300U}) {
+      Frame frame = make_scene(sim::Scene::euroc_like, n, random.seed() + n);
+      for (sim::Match& match : frame.matches) match.desc_dist = random.integer(0, 12);
+      const Indices candidates = some_of(random, frame);
+      EXPECT_EQ(md.select(frame, candidates), selected_by_library(frame, candidates, settings.search));
+      EXPECT_EQ(quality_md.select(frame, candidates),
+                selected_by_library(frame, best_by_quality(frame, candidates, 90), settings.search));
+      EXPECT_EQ(FeatureSelector(settings_of(SelectorKind::quality, 40)).select(frame, candidates),
+                best_by_quality(frame, candidates, 40));
     }
   }
 }

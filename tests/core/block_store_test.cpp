@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Stores of blocks against a model that is a list of blocks, after any change; batches of matches, some of them broken,
 // by every instruction set and one by one. That the equations of blocks are right is shown by blocks_test.cpp.
-#include "kernel/blocks/block_planes.hpp"
 #include "tests/core/feature_frame.hpp"
 #include "tests/support/request.hpp"
 #include "tests/support/support.hpp"
@@ -20,95 +19,79 @@
 namespace maxlogdet::test {
 namespace {
 
-// Matches of any kind, in half of the frames with some that are odd, also by what only arrays hold: broken covariances,
-// and points whose blocks exceed float32. The others hold whole packs of valid matches.
-FeatureFrame random_frame(Random& random, std::size_t n, Weighting weighting, DepthCue depth_cue) {
+// Matches of any kind, in half of the frames with some that are odd: broken covariances, and points that are very
+// far away. The others hold whole packs of valid matches.
+FeatureFrame random_frame(Random& random, std::size_t n, DepthCue depth_cue) {
   const bool is_pinhole = depth_cue == DepthCue::stereo || random.chance(0.5);
   const FeatureKind kind = {is_pinhole ? CameraModel::pinhole : random_model(random), depth_cue, random.chance(0.5),
                             FeatureKind::Covariances(random.integer(0, 2))};
   FeatureFrame frame(random, n, kind);
-  frame.options.weighting = weighting;
-  if (random.chance(0.5)) frame.options.min_depth = random.uniform(0, 5);
   if (random.chance(0.5)) return frame;
   frame.make_odd(random, 0.2);
   for (std::size_t i = 0; i < n; ++i) {
     if (random.chance(0.1)) frame.covariances[9 * i] = random.chance(0.5) ? nan : -1e6;  // not definite
     if (random.chance(0.1)) frame.covariances[9 * i + 8] *= std::pow(10, random.uniform(0, 16));
-    if (random.chance(0.05)) frame.points[3 * i + 2] *= 1e300;
+    if (random.chance(0.05)) frame.matches[i].point[2] *= 1e150;
   }
   return frame;
 }
 
-FeatureFrame any_frame(Random& random, std::size_t n) {
-  return random_frame(random, n, weightings[random.integer(0, 3)], thirds[random.integer(0, 2)]);
-}
-
-// Some of the optional arrays are not given.
-Matches random_matches(Random& random, const FeatureFrame& frame) {
-  Matches matches = frame.arrays();
-  if (random.chance(0.5)) matches.sigmas = nullptr;
-  if (random.chance(0.5)) matches.has_depth_cue = nullptr;
-  if (random.chance(0.5)) matches.usable = nullptr;
-  return matches;
-}
+FeatureFrame any_frame(Random& random, std::size_t n) { return random_frame(random, n, thirds[random.integer(0, 2)]); }
 
 // All lengths of the last pack, behind some candidates; an unknown MAXLOGDET_ISA is as none.
 TEST(BlockBuilding, gives_the_same_bits_on_every_instruction_set) {
-  for (const Weighting weighting : weightings) {
-    for (const DepthCue depth_cue : thirds) {
-      for (std::size_t n = 0; n <= 70; ++n) {
-        Random random(n);
-        SCOPED_TRACE(std::to_string(n) + " matches, " + to_string(weighting) + ", " + name_of(depth_cue));
-        const FeatureFrame frame = random_frame(random, n, weighting, depth_cue);
-        const Matches matches = random_matches(random, frame);
-        const std::vector<Block> before(random.index(6), random_block(random, random.integer(1, 3)));
-        std::optional<BlockReport> first;
-        const auto build = [&] {
-          BlockStore blocks(before.size() + n);  // a plane may end with the last match
-          for (const Block& block : before) push_back(blocks, block);
-          const BlockReport report = frame.append(matches, frame.options, blocks);
-          EXPECT_EQ(report.error, Error::none) << to_string(report.error);
-          EXPECT_EQ(report.appended, n);
-          EXPECT_EQ(report.invalid, blocks.invalid_count());
-          if (!first) first = report;
-          expect_same(report, *first);
-          return bytes_of(blocks);
-        };
-        const std::vector<unsigned char> expected = same_on_every_isa(build);
-        const ForcedIsa forced("none of these");
-        EXPECT_EQ(build(), expected);
-        if (::testing::Test::HasFailure()) return;  // one is enough to look at
-      }
+  for (const DepthCue depth_cue : thirds) {
+    for (std::size_t variation = 0; variation < 4 * 71; ++variation) {
+      const std::size_t n = variation % 71;
+      Random random(variation);
+      SCOPED_TRACE(random.name() + ", " + std::to_string(n) + " matches, " + name_of(depth_cue));
+      const FeatureFrame frame = random_frame(random, n, depth_cue);
+      const std::vector<FeatureMatch> matches = frame.records();
+      const std::vector<Block> before(random.index(6), random_block(random, random.integer(1, 3)));
+      std::optional<BlockReport> first;
+      const auto build = [&] {
+        BlockStore blocks(before.size() + n);  // a plane may end with the last match
+        for (const Block& block : before) push_back(blocks, block);
+        const BlockReport report = frame.append(matches, blocks);
+        EXPECT_EQ(report.error, Error::none) << to_string(report.error);
+        EXPECT_EQ(report.appended, n);
+        EXPECT_EQ(report.invalid, blocks.invalid_count());
+        if (!first) first = report;
+        expect_same(report, *first);
+        return bytes_of(blocks);
+      };
+      const std::vector<unsigned char> expected = same_on_every_isa(build);
+      const ForcedIsa forced("none of these");
+      EXPECT_EQ(build(), expected);
+      if (::testing::Test::HasFailure()) return;  // one is enough to look at
     }
   }
 }
 
-Matches alone(const FeatureFrame& frame, const Matches& matches, std::size_t i) {
-  const auto at = [i](auto* array, std::size_t entries) { return array == nullptr ? nullptr : array + entries * i; };
-  Matches one = matches;
-  one.size = 1;
-  one.points = &frame.points[3 * i];
-  one.sigmas = at(one.sigmas, 1);
-  one.map_covariances = at(one.map_covariances, 9);
-  one.has_depth_cue = at(one.has_depth_cue, 1);
-  one.usable = at(one.usable, 1);
-  one.camera_ids = at(one.camera_ids, 1);
-  return one;
-}
-
-// And its report is the sum of theirs, its rows those of the valid block with most of them.
+// And its report is the sum of theirs, its rows those of the valid block with most of them. A match alone has the
+// covariance that it has among others, and behind it one that shows which cue the frame has.
 TEST(BlockBuilding, gives_each_match_what_it_gets_alone) {
   for_each_trial(300, [&](Random& random) {
     const FeatureFrame frame = any_frame(random, random.index(random.chance(0.3) ? 5 : 150));
-    const Matches matches = random_matches(random, frame);
-    BlockStore together(1);
-    const BlockReport report = frame.append(matches, frame.options, together);
+    const std::vector<FeatureMatch> matches = frame.records();
+    BlockStore together(1), of_cue(1);
+    const BlockReport report = frame.append(matches, together);
     BlockReport sum;
     int rows = 0;
-    for (std::size_t i = 0; i < matches.size; ++i) {
+    const double variance = frame.options.map_sigma * frame.options.map_sigma;
+    const double unknown[9] = {variance, 0, 0, 0, variance, 0, 0, 0, variance};
+    std::vector<FeatureMatch> with_cue;
+    for (std::size_t i = 0; i < matches.size() && with_cue.empty(); ++i) {
+      if (frame.usable[i] != 0 && frame.has_depth_cue[i] != 0) with_cue = {matches[i]};
+    }
+    const BlockReport counted_twice = frame.append(with_cue, of_cue);
+    for (std::size_t i = 0; i < matches.size(); ++i) {
       BlockStore own(1);
-      const BlockReport one = frame.append(alone(frame, matches, i), frame.options, own);
-      for (const auto& count : counts_of_report) sum.*count += one.*count;
+      std::vector<FeatureMatch> alone = {matches[i]};
+      if (frame.has_covariances() && frame.knows_covariance[i] == 0) alone[0].covariance = unknown;
+      alone.insert(alone.end(), with_cue.begin(), with_cue.end());
+      const BlockReport one = frame.append(alone, own);
+      for (const auto& count : counts_of_report) sum.*count += one.*count - counted_twice.*count;
       rows = std::max(rows, own.rows());
       ASSERT_EQ(own.is_valid(0), together.is_valid(i)) << i;
       if (!own.is_valid(0)) continue;
@@ -155,9 +138,9 @@ void push_back_hole(Random& random, BlockStore& blocks) {
 // Appends a batch of matches; a store of its own says which blocks they have.
 void append_batch(Random& random, BlockStore& blocks, Slots& slots) {
   const FeatureFrame frame = any_frame(random, random.index(41));
-  const Matches matches = random_matches(random, frame);
+  const std::vector<FeatureMatch> matches = frame.records();
   BlockStore alone;
-  expect_same(frame.append(matches, frame.options, blocks), frame.append(matches, frame.options, alone));
+  expect_same(frame.append(matches, blocks), frame.append(matches, alone));
   for (std::size_t i = 0; i < alone.size(); ++i) {
     slots.emplace_back();
     if (alone.is_valid(i)) slots.back() = stored_block(alone, i);
@@ -174,7 +157,6 @@ void expect_written(const BlockStore& blocks, std::size_t i, int rows) {
 
 // Compares a store with what was put into it.
 void expect_holds(const BlockStore& blocks, const Slots& slots) {
-  const BlockPlanes& planes = planes_of(blocks);
   std::size_t stored = 0;
   int rows = 0;
   Eigen::Matrix<double, 1, 6> largest = Eigen::Matrix<double, 1, 6>::Zero();
@@ -184,13 +166,14 @@ void expect_holds(const BlockStore& blocks, const Slots& slots) {
   ASSERT_EQ(blocks.rows(), rows);
   for (std::size_t i = 0; i < slots.size(); ++i) {
     ASSERT_EQ(blocks.is_valid(i), slots[i].has_value()) << i;
-    ASSERT_EQ(planes.validity()[i], slots[i] ? 1 : 0);
+    ASSERT_EQ(blocks.validity()[i], slots[i] ? 1 : 0);
     ASSERT_NO_FATAL_FAILURE(expect_written(blocks, i, slots[i] ? rows : 0));
-    if (!slots[i]) continue;
-    ASSERT_EQ(planes.indices()[stored], i);
-    ASSERT_EQ(planes.place(i), stored++);
     Block padded = Block::Zero(rows, 6);
-    padded.topRows(slots[i]->rows()) = *slots[i];
+    if (slots[i]) padded.topRows(slots[i]->rows()) = *slots[i];
+    for (int e = 0; e < 6 * rows; ++e)
+      ASSERT_EQ(double{blocks.planes()[static_cast<std::size_t>(e) * blocks.stride() + i]}, padded(e / 6, e % 6)) << i;
+    if (!slots[i]) continue;
+    ++stored;
     ASSERT_EQ(stored_block(blocks, i), padded) << i;
     largest = largest.cwiseMax(padded.cwiseAbs().colwise().maxCoeff());
   }
@@ -198,10 +181,9 @@ void expect_holds(const BlockStore& blocks, const Slots& slots) {
   ASSERT_EQ(blocks.invalid_count(), slots.size() - stored);
   ASSERT_FALSE(blocks.is_valid(slots.size()));
   ASSERT_NO_FATAL_FAILURE(expect_written(blocks, slots.size(), 0));
-  for (int column = 0; column < 6; ++column) {
-    ASSERT_EQ(planes.column_max()[column], largest(column));
-    for (int row = 0; row < 3; ++row) ASSERT_EQ(reinterpret_cast<std::uintptr_t>(planes.plane(row, column)) % 64, 0U);
-  }
+  for (int column = 0; column < 6; ++column) ASSERT_EQ(blocks.column_max()[column], largest(column));
+  ASSERT_EQ(reinterpret_cast<std::uintptr_t>(blocks.planes()) % 64, 0U);
+  ASSERT_EQ(blocks.stride() % 16, 0U);
 }
 
 // Changes a store, and the model in the same way.

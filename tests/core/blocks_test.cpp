@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: MIT
-// The equations of camera.hpp, jacobian.hpp, match_information.hpp and point_covariance.hpp in long double:
-// projections, blocks and weights of every camera model, alone and on rigs, and covariances of points. Derivatives are
-// those of a pinhole, written down, or differences of the models in camera_oracle.hpp.
+// The equations of camera.hpp, jacobian.hpp and point_covariance.hpp in long double: projections and blocks of every
+// camera model, alone and on rigs, and covariances of points. Derivatives are those of a pinhole, written down, or
+// differences of the models in camera_oracle.hpp.
 #include "tests/support/camera_oracle.hpp"
 #include "tests/support/request.hpp"
 #include "tests/support/support.hpp"
 
-#include <maxlogdet/match_information.hpp>
 #include <maxlogdet/point_covariance.hpp>
 
 #include <algorithm>
@@ -17,7 +16,6 @@
 namespace maxlogdet::test {
 namespace {
 
-using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 using Covariance = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 
 /// [I | -[p]x]: how a point in the frame that a pose leads to moves under exp(xi^) on the left of the pose.
@@ -36,20 +34,23 @@ struct Case {
   unsigned char camera = 0;
   Eigen::Vector3d p_w;
   BlockOptions options;
-  unsigned char has_depth_cue = 1;
+  DepthCue third = DepthCue::none;  // of the frame
+  bool has_depth_cue = true;        // whether the match has it
   double sigma = 1;
-  bool has_covariance = false;
+  bool is_by_map = false;       // whether a match of the frame has a covariance
+  bool has_covariance = false;  // whether this one has
   Covariance covariance = Covariance::Zero();
 
   const Camera& model() const { return cameras[camera]; }
-  DepthCue depth_cue() const { return has_depth_cue != 0 ? options.depth_cue : DepthCue::none; }
+  DepthCue depth_cue() const { return has_depth_cue ? third : DepthCue::none; }
+  Eigen::Index row_count() const { return depth_cue() == DepthCue::none ? 2 : 3; }
   WideVector3 p_b() const { return T_bw * p_w.cast<long double>(); }
   WideVector3 p_c() const { return T_cb[camera] * p_b(); }
 
   // (u, v, third), the third of a stereo row u_right - u: of u and u_right, which are nearly parallel, Sigma would lose
   // the digits of long double.
   WideVector measure(const WideVector3& p) const {
-    WideVector z(static_cast<Eigen::Index>(residual_rows(depth_cue())));
+    WideVector z(row_count());
     z.head<2>() = image_of(model(), p);
     if (depth_cue() == DepthCue::stereo) z(2) = -model().pinhole.bf / p.z();
     if (depth_cue() == DepthCue::depth) z(2) = p.z();
@@ -67,7 +68,7 @@ struct Case {
     j.row(0) << pinhole.fx / z, 0, -pinhole.fx * p.x() / (z * z);
     j.row(1) << 0, pinhole.fy / z, -pinhole.fy * p.y() / (z * z);
     j(2, 2) = depth_cue() == DepthCue::stereo ? pinhole.bf / (z * z) : 1;
-    return j.topRows(static_cast<Eigen::Index>(residual_rows(depth_cue())));
+    return j.topRows(row_count());
   }
   WideMatrix by_body_point() const { return wide_product(by_camera_point(), WideMatrix(T_cb[camera].linear())); }
   WideMatrix by_world_point() const { return wide_product(by_body_point(), WideMatrix(T_bw.linear())); }
@@ -75,7 +76,7 @@ struct Case {
 
   WideMatrix measurement_noise() const {
     const long double variance = static_cast<long double>(sigma) * sigma;
-    const auto rows = static_cast<Eigen::Index>(residual_rows(depth_cue()));
+    const auto rows = row_count();
     WideMatrix noise = WideMatrix::Identity(rows, rows) * variance;
     if (depth_cue() == DepthCue::depth)
       noise(2, 2) = static_cast<long double>(options.depth_sigma) * options.depth_sigma;
@@ -87,7 +88,7 @@ struct Case {
   }
   // Sigma.
   WideMatrix noise() const {
-    if (options.weighting != Weighting::measurement_and_map) return measurement_noise();
+    if (!is_by_map) return measurement_noise();
     const long double variance = static_cast<long double>(options.map_sigma) * options.map_sigma;
     const WideMatrix map =
         has_covariance ? WideMatrix(covariance.cast<long double>()) : WideMatrix(WideMatrix::Identity(3, 3) * variance);
@@ -96,86 +97,50 @@ struct Case {
   }
 };
 
-// H_c = H_p^n^-1 H_x^n, with the rows [0 0 1] and 0 appended where there is no third measurement.
-WideMatrix map_bias_block(const WideMatrix& h_x, const WideMatrix& h_p) {
-  WideMatrix h_p_n = WideMatrix::Zero(3, 3);
-  WideMatrix h_x_n = WideMatrix::Zero(3, 6);
-  h_p_n(2, 2) = 1;
-  h_p_n.topRows(h_p.rows()) = h_p;
-  h_x_n.topRows(h_x.rows()) = h_x;
-  return wide_product(wide_inverse(h_p_n), h_x_n);
-}
-
 // J^T S^-1 J.
 WideMatrix weighted(const WideMatrix& J, const WideMatrix& S) {
   return wide_product(wide_product(J.transpose(), wide_inverse(S)), J);
 }
 
-WideMatrix expected_information(const Case& c) {
-  switch (c.options.weighting) {
-    case Weighting::map_bias: return wide_gram(map_bias_block(c.by_pose(), c.by_camera_point()));
-    case Weighting::map_bias_world: return wide_gram(map_bias_block(c.by_pose(), c.by_world_point()));
-    default: return weighted(c.by_pose(), c.noise());
-  }
-}
-
-// The match as the library takes it; of a covariance, the upper triangle is read alone.
+// The match as the library takes it, behind another one which shows what the frame has; of a covariance, the upper
+// triangle is read alone.
 struct Given {
-  explicit Given(const Case& c) : upper(c.covariance), T_bw(c.T_bw.matrix()) {
+  explicit Given(const Case& c) : upper(c.covariance) {
     upper(1, 0) = upper(2, 0) = upper(2, 1) = nan;
-    matches.size = 1;
-    matches.points = c.p_w.data();
-    matches.sigmas = &c.sigma;
-    matches.has_depth_cue = &c.has_depth_cue;
-    if (c.has_covariance) matches.map_covariances = upper.data();
-    if (c.is_rig && c.camera > 0) matches.camera_ids = &c.camera;  // default: the first
-    report = c.is_rig ? append_blocks(c.cameras.data(), c.cameras.size(), T_bw, matches, c.options, blocks)
-                      : append_blocks(c.model(), T_bw, matches, c.options, blocks);
+    const Eigen::Vector3d ahead = ((c.T_cb[c.camera] * c.T_bw).inverse() * WideVector3(0, 0, 1)).cast<double>();
+    FeatureMatch match(c.p_w, c.sigma), other(ahead);
+    match.camera_id = other.camera_id = c.is_rig ? c.camera : std::uint8_t{0};
+    for (FeatureMatch* const one : {&other, &match}) {
+      if (one == &match && !c.has_depth_cue) continue;
+      if (c.third == DepthCue::stereo) one->u_right = 0;
+      if (c.third == DepthCue::depth) one->depth = 1;
+    }
+    if (c.is_by_map) other.covariance = covariance_of_other;
+    if (c.has_covariance) match.covariance = upper.data();
+    const FeatureMatch matches[] = {other, match};
+    const RigidTransform T_bw(c.T_bw.matrix());
+    report = c.is_rig ? append_blocks(c.cameras.data(), c.cameras.size(), T_bw, matches, 2, c.options, blocks)
+                      : append_blocks(c.model(), T_bw, matches, 2, c.options, blocks);
   }
   Given(const Given&) = delete;
   Given& operator=(const Given&) = delete;
+  bool has_block() const { return blocks.is_valid(1); }
 
+  const double covariance_of_other[9] = {};  // a point that is known exactly
   Covariance upper;
-  RigidTransform T_bw;
-  Matches matches;
   BlockStore blocks;
   BlockReport report;
 };
 
-// W, lower triangular with a positive diagonal, and Omega = W^T W: there just where there is a block, and W Sigma W^T
-// is the identity.
-void expect_weight(const Case& c, const Given& given, bool is_there, long double tolerance) {
-  const MatchNoise noise = match_noise(given.matches, 0, c.options);
-  const auto rows = static_cast<Eigen::Index>(residual_rows(c.depth_cue()));
-  double entries[9], omega_entries[9];
-  ASSERT_EQ(match_whitening(c.model(), given.T_bw, c.p_w.data(), noise, entries), is_there);
-  ASSERT_EQ(match_information(c.model(), given.T_bw, c.p_w.data(), noise, omega_entries), is_there);
-  if (!is_there) return;
-  const RowMajor whitening = Eigen::Map<const RowMajor>(entries, rows, rows);
-  const RowMajor omega = Eigen::Map<const RowMajor>(omega_entries, rows, rows);
-  EXPECT_EQ(omega, omega.transpose());
-  EXPECT_LT(relative_difference(gram(whitening), omega), 1e-12);
-  EXPECT_TRUE(whitening.isLowerTriangular(0));
-  EXPECT_GT(whitening.diagonal().minCoeff(), 0);
-  WideMatrix W = whitening.cast<long double>();
-  if (c.depth_cue() == DepthCue::stereo) W.col(0) += W.col(2);  // of (u, v, u_right - u)
-  const WideMatrix identity = wide_product(wide_product(W, c.noise()), W.transpose());
-  ASSERT_LT((identity - WideMatrix::Identity(rows, rows)).cwiseAbs().maxCoeff(), tolerance) << "W\n" << W;
-}
-
-// Its block against the textbook's, of a pinhole each entry relative to the roots of the diagonal ones, and its weight.
+// Its block against the textbook's, of a pinhole each entry relative to the roots of the diagonal ones.
 // Returns whether there is a block.
-bool check_case(const Case& c, long double tolerance, long double tolerance_of_weight) {
+bool check_case(const Case& c, long double tolerance) {
   const Given given(c);
   EXPECT_EQ(given.report.error, Error::none) << to_string(given.report.error);
-  EXPECT_EQ(given.report.invalid_covariances, given.report.invalid);
-  const bool is_there = given.blocks.is_valid(0);
-  const bool is_whitened =
-      c.options.weighting == Weighting::measurement || c.options.weighting == Weighting::measurement_and_map;
-  if (is_whitened) expect_weight(c, given, is_there, tolerance_of_weight);
-  if (!is_there) return false;
-  const WideMatrix expected = expected_information(c);
-  const WideMatrix error = wide_gram(stored_block(given.blocks, 0).cast<long double>()) - expected;
+  EXPECT_EQ(given.report.invalid_covariances, given.has_block() ? 0U : 1U);
+  if (!given.has_block()) return false;
+  const WideMatrix expected = weighted(c.by_pose(), c.noise());
+  const WideMatrix error = wide_gram(stored_block(given.blocks, 1).cast<long double>()) - expected;
   const WideVector roots = expected.diagonal().cwiseSqrt();
   const bool is_exact = c.model().model == CameraModel::pinhole;  // differences leave errors in what is almost zero
   const WideMatrix sizes = is_exact ? wide_product(roots, roots.transpose())
@@ -190,28 +155,27 @@ WideIsometry random_double_isometry(Random& random) {
   return T;
 }
 
-Case random_case(Random& random, CameraModel model, DepthCue depth_cue, Weighting weighting) {
+Case random_case(Random& random, CameraModel model, DepthCue third, bool is_by_map) {
   Case c;
   c.is_rig = random.chance(0.5);
   const bool has_body = c.is_rig || random.chance(0.3);
   for (int i = c.is_rig ? random.integer(1, 4) : 1; i > 0; --i) {
-    const bool is_any = depth_cue != DepthCue::stereo && random.chance(0.5);
+    const bool is_any = third != DepthCue::stereo && random.chance(0.5);
     c.cameras.push_back(random_camera(random, is_any && c.is_rig ? random_model(random) : model));
     c.T_cb.push_back(has_body ? random_double_isometry(random) : WideIsometry::Identity());
     c.cameras.back().T_cb = RigidTransform(c.T_cb.back().matrix());
   }
   c.T_bw = random_double_isometry(random);
   c.camera = static_cast<unsigned char>(random.index(c.cameras.size()));
-  c.options.weighting = weighting;
-  c.options.depth_cue = depth_cue;
+  c.third = third;
+  c.is_by_map = is_by_map;
   c.options.map_sigma = random.uniform(0, 0.2);
   c.options.depth_sigma = random.uniform(0.01, 0.2);
-  c.has_depth_cue = random.chance(0.8) ? 1 : 0;
+  c.has_depth_cue = random.chance(0.8);
   c.sigma = random.uniform(0.5, 4);
-  c.has_covariance = random.chance(0.5);
+  c.has_covariance = is_by_map && random.chance(0.5);
   c.covariance = gram(0.1 * random_block(random, 3).leftCols<3>());
-  const bool is_in_front = weighting == Weighting::map_bias || weighting == Weighting::map_bias_world;
-  const WideVector3 p_c = random_point(random, c.model(), is_in_front);
+  const WideVector3 p_c = random_point(random, c.model());
   c.p_w = ((c.T_cb[c.camera] * c.T_bw).inverse() * p_c).cast<double>();
   return c;
 }
@@ -221,7 +185,7 @@ TEST(Camera, projects_as_the_papers_of_the_models_say_and_has_the_derivative_of_
     SCOPED_TRACE(to_string(model));
     for_each_trial(300, [&](Random& random) {
       const Camera camera = random_camera(random, model);
-      const Eigen::Vector3d p = random_point(random, camera, false).cast<double>();
+      const Eigen::Vector3d p = random_point(random, camera).cast<double>();
       const WideVector3 at = p.cast<long double>();
       const long double length = at.norm();
       double uv[2], again[2], jacobian[6];
@@ -242,20 +206,18 @@ TEST(Camera, projects_as_the_papers_of_the_models_say_and_has_the_derivative_of_
 }
 
 // A pinhole alone, whose blocks have a path of their own, is drawn more often than other models.
-TEST(Camera, blocks_and_weights_of_any_model_on_any_rig_are_the_textbooks) {
+TEST(Camera, blocks_of_any_model_on_any_rig_are_the_textbooks) {
   for (const CameraModel model : camera_models) {
     for (const DepthCue depth_cue : thirds) {
       if (depth_cue == DepthCue::stereo && model != CameraModel::pinhole) continue;
-      for (const Weighting weighting : weightings) {
-        SCOPED_TRACE(std::string(to_string(model)) + ", " + to_string(weighting) + ", " + name_of(depth_cue));
+      for (const bool is_by_map : {false, true}) {
+        SCOPED_TRACE(std::string(to_string(model)) + (is_by_map ? ", by map, " : ", ") + name_of(depth_cue));
         for_each_trial(model == CameraModel::pinhole ? 300 : 60, [&](Random& random) {
-          const Case c = random_case(random, model, depth_cue, weighting);
+          const Case c = random_case(random, model, depth_cue, is_by_map);
           const WideMatrix by_differences =
               differentiate(6, [&](const WideVector& xi) -> WideVector { return exp_of_one(xi) * c.p_b(); });
           EXPECT_LT((pose_derivative(c.p_b()) - by_differences).cwiseAbs().maxCoeff(), 1e-8L);
-          const WideVector3 in_world = (c.T_cb[c.camera] * c.T_bw).linear().transpose() * c.p_c().normalized();
-          if (weighting == Weighting::map_bias_world && std::abs(in_world.z()) < 0.05L) return;
-          EXPECT_TRUE(check_case(c, 1e-6L, 1e-7L));
+          EXPECT_TRUE(check_case(c, 1e-6L));
         });
         if (::testing::Test::HasFailure()) return;
       }
@@ -265,16 +227,14 @@ TEST(Camera, blocks_and_weights_of_any_model_on_any_rig_are_the_textbooks) {
 
 // A point that is known to any deviation along 1 to 3 axes, one of which is often near the ray, of a pinhole.
 Case random_uncertain_case(Random& random, DepthCue depth_cue, double depth) {
-  const bool is_measured_alone = random.chance(0.2);
-  Case c = random_case(random, CameraModel::pinhole, depth_cue,
-                       is_measured_alone ? Weighting::measurement : Weighting::measurement_and_map);
+  Case c = random_case(random, CameraModel::pinhole, depth_cue, random.chance(0.8));
   c.cameras[c.camera] = random_camera(random, CameraModel::pinhole);
   c.cameras[c.camera].T_cb = RigidTransform(c.T_cb[c.camera].matrix());
   const WideIsometry T_wc = (c.T_cb[c.camera] * c.T_bw).inverse();
   const double width = random.chance(0.2) ? 7 : 0.7;
   const WideVector3 p_c = depth * WideVector3(random.uniform(-width, width), random.uniform(-width, width), 1);
   c.p_w = (T_wc * p_c).cast<double>();
-  c.has_covariance = true;
+  c.has_covariance = c.is_by_map;
   const double around = random.chance(0.7) ? depth * std::pow(10, random.uniform(-4, 0)) : 0;
   c.covariance = around * around * Covariance::Identity();
   for (int axes = random.integer(1, 3); axes > 0; --axes) {
@@ -287,24 +247,17 @@ Case random_uncertain_case(Random& random, DepthCue depth_cue, double depth) {
   return c;
 }
 
-// |Sigma_p| | |A| nu |^2 of "Covariances that leave no digits" in numerics.md, of residuals in the order of the code.
+// |Sigma_p| | |A| nu |^2 of "Covariances that leave no digits" in numerics.md, of residuals as the code rotates them.
 long double whitened_covariance(const Case& c) {
-  if (c.options.weighting != Weighting::measurement_and_map) return 0;
-  const WideMatrix J = c.by_camera_point();
-  WideMatrix M = WideMatrix::Identity(J.rows(), J.rows());
+  if (!c.is_by_map) return 0;
   const long double root_2 = std::sqrt(2.0L);
+  WideMatrix M = WideMatrix::Identity(c.row_count(), c.row_count());
   if (c.depth_cue() == DepthCue::stereo) M << root_2, 0, 1 / root_2, 0, 1, 0, 0, 0, 1 / root_2;
-  WideMatrix V = wide_product(M, c.by_world_point());
-  if (c.cameras.size() == 1 && c.T_cb[0].matrix().isIdentity(0)) {  // along the ray
-    V = WideMatrix::Zero(3, 3);
-    V << 0, 0, 1, 0, 1, -c.p_c().y() / c.p_c().z(), 1, 0, -c.p_c().x() / c.p_c().z();
-    V = V.bottomRows(J.rows()).eval();
-    M = wide_product(V, J.completeOrthogonalDecomposition().pseudoInverse());
-  }
+  const WideMatrix B = wide_product(M, c.by_world_point());
   const Eigen::LLT<WideMatrix> factor(wide_product(wide_product(M, c.noise()), M.transpose()));
   if (factor.info() != Eigen::Success) return infinity;
   const WideMatrix A = wide_inverse(WideMatrix(factor.matrixL()));
-  return c.covariance.cast<long double>().norm() * (A.cwiseAbs() * V.cwiseAbs().rowwise().sum()).squaredNorm();
+  return c.covariance.cast<long double>().norm() * (A.cwiseAbs() * B.cwiseAbs().rowwise().sum()).squaredNorm();
 }
 
 // Right to what float32 and float64 hold where the covariance leaves digits, and there is a block where it leaves some.
@@ -319,8 +272,8 @@ TEST(Camera, blocks_are_right_to_a_thousandth_or_none_whatever_their_covariance)
       const Case c = random_uncertain_case(random, depth_cue, depth);
       const double deviation = std::sqrt(c.covariance.trace());
       const double of_pixel = depth / 800 * c.sigma;
-      const bool has_digits = c.options.weighting == Weighting::measurement || deviation < 100 * of_pixel;
-      if (check_case(c, has_digits ? 1e-6L : 1e-3L, has_digits ? 1e-7L : 1e-3L)) {
+      const bool has_digits = !c.is_by_map || deviation < 100 * of_pixel;
+      if (check_case(c, has_digits ? 1e-6L : 1e-3L)) {
         ++(has_digits ? exact : rough);
         EXPECT_LT(whitened_covariance(c), 1.01L * std::ldexp(1.0L, 39));
       } else {
@@ -341,11 +294,11 @@ TEST(Camera, a_covariance_with_which_sigma_is_not_positive_definite_gives_no_blo
     SCOPED_TRACE(name_of(depth_cue));
     for_each_trial(100, [&](Random& random) {
       const CameraModel model = depth_cue == DepthCue::stereo ? CameraModel::pinhole : random_model(random);
-      Case c = random_case(random, model, depth_cue, Weighting::measurement_and_map);
+      Case c = random_case(random, model, depth_cue, true);
       c.has_covariance = true;
       const auto expect_block = [&](bool is_there) {
         const Given given(c);
-        EXPECT_EQ(given.blocks.is_valid(0), is_there) << c.covariance;
+        EXPECT_EQ(given.has_block(), is_there) << c.covariance;
         EXPECT_EQ(given.report.invalid_covariances, is_there ? 0U : 1U);
         EXPECT_EQ(given.report.error, Error::none);
       };
@@ -386,7 +339,7 @@ TEST(PointCovariance, is_the_inverse_of_what_the_observations_tell) {
       c.T_bw = T_cw.cast<long double>();
       const bool has_right = random.chance(0.8), is_stereo = random.chance(0.5);
       c.cameras = {Camera(458, 457, 367, 248, has_right ? 50 * unit : 0)};
-      c.options.depth_cue = has_right && is_stereo ? DepthCue::stereo : DepthCue::none;
+      c.third = has_right && is_stereo ? DepthCue::stereo : DepthCue::none;
       c.sigma = random.uniform(0.5, 3);
       point.observe(c.model().pinhole, RigidTransform(T_cw.matrix()), c.sigma, is_stereo);
       information += weighted(c.by_world_point(), c.measurement_noise());
@@ -397,8 +350,7 @@ TEST(PointCovariance, is_the_inverse_of_what_the_observations_tell) {
     EXPECT_EQ(c.covariance, c.covariance.transpose());
     const WideMatrix expected = wide_inverse(information);
     EXPECT_LT((c.covariance.cast<long double>() - expected).norm(), 1e-6L * expected.norm());
-    c.has_covariance = true;
-    c.options.weighting = Weighting::measurement_and_map;
+    c.has_covariance = c.is_by_map = true;
     EXPECT_EQ(Given(c).report.invalid, 0U);
   });
 }

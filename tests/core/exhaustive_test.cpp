@@ -33,24 +33,19 @@ const Family families[] = {
 };
 
 BlockStore far_blocks(Random& random, int n) {
-  std::vector<double> points;
+  const bool is_stereo = random.chance(0.5);
+  std::vector<FeatureMatch> matches;
   for (int i = 0; i < n; ++i) {
     const double depth = std::pow(10.0, random.uniform(2, 4));
-    for (const double slope : {random.uniform(-0.8, 0.8), random.uniform(-0.5, 0.5), 1.0}) {
-      points.push_back(depth * slope);
-    }
+    const double p[3] = {depth * random.uniform(-0.8, 0.8), depth * random.uniform(-0.5, 0.5), depth};
+    matches.emplace_back(p);
+    if (is_stereo) matches.back().u_right = 1;
   }
-  PinholeCamera camera;
-  camera.fx = camera.fy = 450;
-  camera.bf = 50;
-  Matches matches;
-  matches.size = static_cast<std::size_t>(n);
-  matches.points = points.data();
-  BlockOptions options;
-  options.weighting = Weighting::measurement;
-  options.depth_cue = random.chance(0.5) ? DepthCue::stereo : DepthCue::none;
   BlockStore blocks;
-  EXPECT_EQ(append_blocks(camera, RigidTransform::identity(), matches, options, blocks).invalid, 0U);
+  const Camera camera(450, 450, 0, 0, 50);
+  const BlockReport report =
+      append_blocks(camera, RigidTransform::identity(), matches.data(), matches.size(), BlockOptions(), blocks);
+  EXPECT_EQ(report.invalid, 0U);
   return blocks;
 }
 

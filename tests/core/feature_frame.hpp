@@ -32,7 +32,6 @@ inline Camera typical_camera(CameraModel model) {
   switch (model) {
     case CameraModel::radial_tangential: return Camera::radial_tangential(pinhole, -0.05, 0.01, 2e-4, -1e-4, 1e-3);
     case CameraModel::kannala_brandt: return Camera::kannala_brandt(pinhole, -0.01, 0.02, -0.003, 0.0004);
-    case CameraModel::double_sphere: return Camera::double_sphere(pinhole, -0.2, 0.6);
     case CameraModel::pinhole: break;
   }
   return pinhole;
@@ -60,12 +59,11 @@ inline FeatureKind random_kind(Random& random) {
 struct FeatureFrame {
   FeatureFrame(Random& random, std::size_t n, const FeatureKind& what = FeatureKind())
       : kind(what), T_cw(random_isometry(random, 2, 1)) {
-    options.depth_cue = kind.depth_cue;
     options.map_sigma = 0.11;
     options.depth_sigma = 0.07;
     const bool is_stereo = kind.depth_cue == DepthCue::stereo;
     cameras[0] = typical_camera(kind.model);
-    cameras[1] = typical_camera(is_stereo ? kind.model : CameraModel::double_sphere);
+    cameras[1] = typical_camera(is_stereo ? kind.model : CameraModel::kannala_brandt);
     for (Isometry& T : T_cb) T = random_isometry(random, 0.2, 0.2);
     for (std::size_t c = 0; c < 2 && kind.has_rig; ++c) cameras[c].T_cb = rows_of(T_cb[c]);
     for (std::size_t i = 0; i < n; ++i) add(random, i);
@@ -83,7 +81,6 @@ struct FeatureFrame {
   void start(GoodFeatures& good) const {
     good.rejects_outliers = rejects_outliers;
     good.block_options = options;
-    good.block_options.depth_cue = DepthCue::none;  // the matches say which
     if (kind.has_rig) {
       good.start(cameras, 2, rows_of(T_cw));
     } else {
@@ -110,31 +107,22 @@ struct FeatureFrame {
     }
   }
 
-  /// The matches as arrays, and the blocks that append_blocks makes of them. Only usable matches count.
-  Matches arrays() const {
-    Matches arrays;
-    arrays.size = matches.size();
-    arrays.points = points.data();
-    arrays.sigmas = sigmas.data();
-    arrays.has_depth_cue = has_depth_cue.data();
-    arrays.usable = usable.data();
-    if (kind.has_rig) arrays.camera_ids = camera_ids.data();
-    for (std::size_t i = 0; i < matches.size(); ++i) {
-      if (usable[i] != 0 && knows_covariance[i] != 0) arrays.map_covariances = covariances.data();
+  /// The matches as append_blocks takes them, and the blocks that it makes. Those that are not usable have no point,
+  /// and set nothing for the others.
+  std::vector<FeatureMatch> records() const {
+    std::vector<FeatureMatch> all = matches;
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      if (usable[i] == 0) all[i].point[0] = nan;
+      if (knows_covariance[i] != 0) all[i].covariance = &covariances[9 * i];
     }
-    return arrays;
+    return all;
   }
-  BlockOptions options_of_blocks() const {
-    BlockOptions of_blocks = options;
-    if (arrays().map_covariances != nullptr) of_blocks.weighting = with_covariances(options.weighting);
-    return of_blocks;
-  }
-  BlockReport append(const Matches& given, const BlockOptions& of_blocks, BlockStore& store) const {
-    return append_blocks(cameras, kind.has_rig ? 2 : 1, rows_of(T_cw), given, of_blocks, store);
+  BlockReport append(const std::vector<FeatureMatch>& given, BlockStore& store) const {
+    return append_blocks(cameras, kind.has_rig ? 2 : 1, rows_of(T_cw), given.data(), given.size(), options, store);
   }
   BlockStore blocks() const {
     BlockStore store(matches.size());
-    EXPECT_TRUE(append(arrays(), options_of_blocks(), store).error == Error::none);
+    EXPECT_TRUE(append(records(), store).error == Error::none);
     return store;
   }
 
@@ -150,12 +138,33 @@ struct FeatureFrame {
     return {match.measured[0] - uv.x(), match.measured[1] - uv.y(),
             (is_depth ? match.depth : match.u_right) - depth_cue};
   }
-  long double chi2(std::size_t i, const Isometry& pose) const {
+  /// Whether a match that sets what the frame has knows the covariance of its point: then all count.
+  bool has_covariances() const {
+    for (std::size_t i = 0; i < matches.size(); ++i) {
+      if (usable[i] != 0 && knows_covariance[i] != 0) return true;
+    }
+    return false;
+  }
+  /// Sigma of the residuals of match i at `pose`.
+  WideMatrix noise(std::size_t i, const WideIsometry& pose) const {
+    const double of_third = kind.depth_cue == DepthCue::depth ? options.depth_sigma : sigmas[i];
+    const WideMatrix measured = WideVector3(sigmas[i], sigmas[i], of_third).cwiseAbs2().asDiagonal();
+    if (!has_covariances()) return measured;
+    const WideMatrix J = differentiate(3, [&](const WideVector& by) -> WideVector {
+      WideIsometry shifted = pose;
+      shifted.translate(WideVector3(by));
+      return residuals(i, shifted);
+    });
+    const Eigen::Map<const Eigen::Matrix3d> of_map(&covariances[9 * i]);
+    return measured + wide_product(wide_product(J, of_map.cast<long double>()), J.transpose());
+  }
+  /// e^T Sigma^-1 e; infinite behind the camera.
+  long double chi2(std::size_t i, const Isometry& at) const {
+    const WideIsometry pose = at.cast<long double>();
     if (!(in_camera(i, pose).z() > 0)) return infinity;
-    const double sigma_of_third = kind.depth_cue == DepthCue::depth ? options.depth_sigma : sigmas[i];
-    const WideVector3 e = residuals(i, pose);
-    const long double of_image = std::pow(e.x() / sigmas[i], 2) + std::pow(e.y() / sigmas[i], 2);
-    return has_depth_cue[i] == 0 ? of_image : of_image + std::pow(e.z() / sigma_of_third, 2);
+    const int rows = has_depth_cue[i] == 0 ? 2 : 3;
+    const WideMatrix e = residuals(i, pose).head(rows), S = noise(i, pose).topLeftCorner(rows, rows);
+    return wide_product(e.transpose(), wide_product(wide_inverse(S), e))(0, 0);
   }
 
   FeatureKind kind;
@@ -166,7 +175,7 @@ struct FeatureFrame {
   BlockOptions options;
   std::vector<FeatureMatch> matches;
   std::vector<double> points, sigmas, covariances;
-  std::vector<unsigned char> camera_ids, has_depth_cue, knows_covariance;
+  std::vector<unsigned char> has_depth_cue, knows_covariance;
   std::vector<unsigned char> usable;  // by the rules of GoodFeatures::select
 
  private:
@@ -178,7 +187,6 @@ struct FeatureFrame {
     const Eigen::Vector3d p_w = T_cw.inverse() * p_b;
     points.insert(points.end(), p_w.data(), p_w.data() + 3);
     sigmas.push_back(random.uniform(0.5, 3));
-    camera_ids.push_back(static_cast<unsigned char>(c));
     has_depth_cue.push_back(kind.depth_cue != DepthCue::none && random.chance(0.6) ? 1 : 0);
     add_covariance(random);
 
@@ -186,7 +194,7 @@ struct FeatureFrame {
     match.id = static_cast<std::uint32_t>(1000 + i);
     for (int d = 0; d < 3; ++d) match.point[d] = p_w(d);
     match.sigma = sigmas.back();
-    match.camera_id = camera_ids.back();
+    match.camera_id = static_cast<std::uint8_t>(c);
     measure(random, p_c, match);
     if (!(match.u_right >= 0 || match.depth > 0)) has_depth_cue.back() = 0;  // as outside of the right image
     matches.push_back(match);

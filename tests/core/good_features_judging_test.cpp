@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: MIT
 // What GoodFeatures says of matches and frames: chi2 of those that were not selected, against projections in long
-// double, the weight of each, and what is suspicious of a frame that is answered.
+// double, and what is suspicious of a frame that is answered.
 #include "tests/core/feature_frame.hpp"
 #include "tests/support/request.hpp"
 #include "tests/support/support.hpp"
-
-#include <maxlogdet/match_information.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -16,19 +14,10 @@
 namespace maxlogdet::test {
 namespace {
 
-// e^T Omega e where the optimiser weighs by Omega, and there is one; else the squares of e in deviations.
 double expected_chi2(const GoodFeatures& good, const FeatureFrame& frame, std::size_t i, const Isometry& pose) {
   if (good.is_selected(i)) return nan;
   if (frame.usable[i] == 0) return infinity;
-  if (frame.matches[i].measured[0] == unmeasured) return nan;
-  const auto plain = static_cast<double>(frame.chi2(i, pose));
-  double omega[9];
-  if (!good.is_weighted || plain == infinity || !match_information(good, i, omega)) return plain;
-  const WideVector3 e = frame.residuals(i, pose);
-  const int rows = frame.has_depth_cue[i] != 0 ? 3 : 2;
-  long double sum = 0;
-  for (int a = 0; a < rows * rows; ++a) sum += e(a / rows) * omega[a] * e(a % rows);
-  return static_cast<double>(sum);
+  return frame.matches[i].measured[0] == unmeasured ? nan : static_cast<double>(frame.chi2(i, pose));
 }
 
 // Whatever is odd, or beyond the capacity.
@@ -36,7 +25,6 @@ TEST(GoodFeatures, chi2_is_that_of_the_residual_and_an_outlier_is_above_its_quan
   GoodFeatures good(200);
   for_frames_of_all_kinds(trials(100), 201, [&](Random& random, FeatureFrame frame) {
     frame.make_odd(random, random.chance(0.5) ? 0.1 : 0);
-    good.is_weighted = random.chance(0.5);
     frame.gather(good);
     ASSERT_EQ(good.select(with_budget(50)).status, Status::ok);
     const Isometry optimised = random_isometry(random, 0.02, 0.002) * frame.T_cw;
@@ -49,7 +37,8 @@ TEST(GoodFeatures, chi2_is_that_of_the_residual_and_an_outlier_is_above_its_quan
       EXPECT_EQ(good.is_outlier(i), std::binary_search(outliers.begin(), outliers.end(), i)) << i;
       const double expected = expected_chi2(good, frame, i, optimised);
       const bool is_behind = frame.usable[i] != 0 && expected == infinity;
-      if (is_behind && frame.kind.model != CameraModel::pinhole) continue;  // wide cameras see behind themselves
+      const Camera& seen_by = frame.cameras[frame.camera_of_match(i)];
+      if (is_behind && seen_by.model != CameraModel::pinhole) continue;  // wide cameras see behind themselves
       if (std::isfinite(expected)) {
         EXPECT_NEAR(good.chi2(i), expected, 1e-6 * (1 + expected)) << i;
       } else {
@@ -64,69 +53,37 @@ TEST(GoodFeatures, chi2_is_that_of_the_residual_and_an_outlier_is_above_its_quan
   });
 }
 
-// The weight of an optimiser is that of the noise which append_blocks whitens blocks by, before select() and after.
-TEST(GoodFeatures, the_information_of_a_match_is_that_of_its_block) {
-  GoodFeatures good(150);
-  for_frames_of_all_kinds(trials(100), 151, [&](Random& random, FeatureFrame frame) {
-    frame.make_odd(random, random.chance(0.5) ? 0.1 : 0);
-    const Matches arrays = frame.arrays();
-    const BlockOptions options = frame.options_of_blocks();
-    frame.gather(good);
-    for (const bool is_selected : {false, true}) {
-      if (is_selected) good.select(with_budget(40));
-      for (std::size_t i = 0; i <= 150; ++i) {
-        if (frame.usable[i] == 0 && frame.matches[i].camera_id < 2) continue;
-        SCOPED_TRACE(i);
-        double expected[9], omega[9] = {-7}, W[9] = {-7};
-        const MatchNoise noise = match_noise(arrays, i, options);
-        const bool is_there = i < 150 && frame.usable[i] != 0 &&
-                              match_information(frame.cameras[frame.camera_of_match(i)], rows_of(frame.T_cw),
-                                                frame.matches[i].point, noise, expected);
-        ASSERT_EQ(match_information(good, i, omega), is_there);
-        ASSERT_EQ(match_whitening(good, i, W), is_there);
-        EXPECT_TRUE(is_there || (omega[0] == -7 && W[0] == -7)) << "nothing is written";
-        const std::size_t rows = residual_rows(noise.depth_cue);
-        double sum = 0;
-        for (std::size_t e = 0; e < rows * rows && is_there; ++e) {
-          EXPECT_NEAR(omega[e], expected[e], 1e-9 * std::max(expected[0], expected[rows * rows - 1]));
-          if (e % rows == 0) sum += W[e] * W[e];
-        }
-        EXPECT_TRUE(!is_there || std::abs(sum - omega[0]) <= 1e-12 * omega[0]);
-      }
-    }
-  });
-  good.start(nullptr, 0, RigidTransform::identity());
-  good.add(Eigen::Vector3d(0, 0, 3));
-  double omega[4];
-  EXPECT_FALSE(match_information(good, 0, omega)) << "a rig without cameras";
+// A frame that mixes both cues is an error, and judged by u and v alone, which are exact or off by `off` deviations.
+// Before select() nothing is selected, and all are judged.
+TEST(GoodFeatures, of_mixed_cues_selects_all_and_judges_each_match_by_its_pixel) {
+  GoodFeatures good(2);
+  for (const double off : {0.0, 1.0, 5.0}) {
+    good.start(Camera(458, 457, 367, 248, 40), RigidTransform::identity());
+    FeatureMatch matches[2];
+    for (FeatureMatch& match : matches) match = {Eigen::Vector3d(0, 0, 3), Eigen::Vector2d(367, 248 + 2 * off), 2};
+    matches[0].depth = 30;
+    matches[1].u_right = 30;
+    for (const FeatureMatch& match : matches) good.add(match);
+    EXPECT_EQ(good.outliers(RigidTransform::identity()).size(), off > 3 ? 2U : 0U);
+    for (std::size_t i = 0; i < 2; ++i) EXPECT_NEAR(good.chi2(i), off * off, 1e-9) << i;
+    EXPECT_EQ(good.select(1).error, Error::mixed_depth_cues);
+    EXPECT_EQ(good.selection().size, 2U);
+  }
 }
 
-// A frame that mixes both cues is an error, but each match keeps its own: both exact or off by `off` deviations. Before
-// select() nothing is selected, and all are judged.
-TEST(GoodFeatures, of_mixed_cues_selects_all_and_weighs_and_judges_each_match_by_its_own) {
-  GoodFeatures good(2);
-  for (const bool is_weighted : {false, true}) {
-    for (const double off : {0.0, 1.0, 5.0}) {
-      for (const std::size_t with_depth : {0U, 1U}) {
-        good.is_weighted = is_weighted;
-        good.start(Camera(458, 457, 367, 248, 40), RigidTransform::identity());
-        FeatureMatch matches[2];
-        for (FeatureMatch& match : matches) match = {Eigen::Vector3d(0, 0, 3), Eigen::Vector2d(367, 248), 2};
-        matches[with_depth].depth = 3 + off * BlockOptions().depth_sigma;
-        matches[1 - with_depth].u_right = 367 - 40 / 3.0 + off * 2;
-        for (const FeatureMatch& match : matches) good.add(match);
-        EXPECT_EQ(good.outliers(RigidTransform::identity()).size(), off > 3 ? 2U : 0U);
-        for (std::size_t i = 0; i < 2; ++i) {
-          EXPECT_NEAR(good.chi2(i), off * off, 1e-9) << i;
-          double omega[9] = {};
-          ASSERT_TRUE(match_information(good, i, omega)) << i;
-          EXPECT_NEAR(omega[0], 0.25, 1e-12);
-          EXPECT_NEAR(omega[8], i == with_depth ? 1 / (0.05 * 0.05) : 0.25, 1e-9) << i;
-        }
-        EXPECT_EQ(good.select(1).error, Error::mixed_depth_cues);
-        EXPECT_EQ(good.selection().size, 2U);
-      }
-    }
+// A frame that was never started, or by a camera that cannot be.
+TEST(GoodFeatures, without_a_camera_selects_what_is_usable_and_judges_the_rest_as_outliers) {
+  for (const bool is_started : {false, true}) {
+    GoodFeatures good(2);
+    if (is_started) good.start(Camera(), RigidTransform::identity());
+    good.add(Eigen::Vector3d(0, 0, 3), Eigen::Vector2d(367, 248));
+    good.add(Eigen::Vector3d(0, 0, nan), Eigen::Vector2d(367, 248));
+    EXPECT_EQ(good.select(2).error, Error::invalid_camera);
+    EXPECT_EQ(indices_of(good.selection()), std::vector<std::uint32_t>{0});
+    const IndexRange outliers = good.outliers(RigidTransform::identity());
+    ASSERT_EQ(outliers.size(), 1U);
+    EXPECT_EQ(outliers[0], 1U);
+    EXPECT_EQ(good.chi2(1), infinity);
   }
 }
 
@@ -191,13 +148,6 @@ TEST(Warnings, name_why_a_twentieth_of_the_matches_has_no_block) {
        [&](FeatureFrame& frame, std::size_t i) {
          move_to(frame, i, {0.1, 0.1, -3});
        }},
-      {Warning::too_near,
-       [&](FeatureFrame& frame, std::size_t i) {
-         frame.options.min_depth = 0.5;
-         move_to(frame, i, {0, 0, 0.4});
-         frame.matches[i].measured[0] = frame.cameras[0].pinhole.cx;
-         frame.matches[i].measured[1] = frame.cameras[0].pinhole.cy;
-       }},
       {Warning::invalid_covariances, [](FeatureFrame& frame, std::size_t i) {
          frame.knows_covariance[i] = 1;
          frame.covariances[9 * i] = nan;
@@ -244,20 +194,15 @@ TEST(Warnings, name_covariances_that_tell_nothing) {
   });
 }
 
-TEST(Warnings, name_singular_rays_and_blocks_beyond_float32) {
-  const double T_cw[12] = {1, 0, 0, 0, 0, 0, -1, 0, 0, 1, 0, 0};  // a level camera
-  for (const Warning warning : {Warning::singular_rays, Warning::unbounded_blocks}) {
-    GoodFeatures good(100);
-    good.rejects_outliers = false;
-    const bool is_singular = warning == Warning::singular_rays;
-    if (is_singular) good.block_options.weighting = Weighting::map_bias_world;
-    good.start(Camera(458, 457, 367, 248), RigidTransform::row_major(T_cw));
-    for (int i = 0; i < 100; ++i) {
-      const double depth = i < 10 && !is_singular ? 1e-200 : 5;
-      good.add(Eigen::Vector3d(0.01 * i * depth, depth, (i < 10 ? 0 : 0.1 + 0.001 * i) * depth));
-    }
-    EXPECT_EQ(good.select(50).warning, warning);
+TEST(Warnings, name_blocks_beyond_float32) {
+  GoodFeatures good(100);
+  good.rejects_outliers = false;
+  good.start(Camera(458, 457, 367, 248), RigidTransform::identity());
+  for (int i = 0; i < 100; ++i) {
+    const double depth = i < 10 ? 1e-200 : 5;
+    good.add(Eigen::Vector3d(0.01 * i * depth, 0.001 * i * depth, depth));
   }
+  EXPECT_EQ(good.select(50).warning, Warning::unbounded_blocks);
 }
 
 // Cues that are wrong of the whole frame: named, left out, and nothing else changes.
@@ -292,8 +237,6 @@ TEST(Warnings, name_cues_that_contradict_u_and_v) {
       EXPECT_EQ(indices_of(selection), indices_of(expected.select(50)));
       EXPECT_EQ(pose_of(good).matrix(), pose_of(expected).matrix());
       EXPECT_EQ(good.outliers(good.pose()).size(), expected.outliers(expected.pose()).size());
-      double omega[9];
-      ASSERT_TRUE(match_information(good, selection.indices[0], omega));
       EXPECT_TRUE(good.align().is_aligned());  // align() alone says the same
       EXPECT_EQ(good.alignment().warning, selection.warning);
       scene.frame.gather(good);

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: MIT
 // GoodFeatures, which rejects nothing here, against append_blocks and a Selector on the same matches: one object over
 // frames of all kinds, some of whose matches are odd, and every error; and ImageCells against a division that sorts.
+#include "kernel/image_cells.hpp"
 #include "tests/core/feature_frame.hpp"
 #include "tests/support/oracle.hpp"
 #include "tests/support/request.hpp"
 #include "tests/support/support.hpp"
-
-#include <maxlogdet/image_cells.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -71,7 +70,6 @@ Expected expected_answer(const FeatureFrame& frame, const BlockStore& blocks, co
 FeatureFrame random_frame(Random& random) {
   FeatureFrame frame(random, static_cast<std::size_t>(random.integer(100, 330)), random_kind(random));
   frame.make_odd(random, random.chance(0.3) ? 0 : 0.15);
-  if (random.chance(0.2)) frame.options.weighting = weightings[random.integer(0, 3)];
   if (random.chance(0.1)) frame.T_cw = Eigen::Isometry3d(Eigen::AngleAxisd(3.1, Eigen::Vector3d::UnitY())) * frame.T_cw;
   return frame;
 }
@@ -168,7 +166,7 @@ TEST(GoodFeatures, after_an_error_all_usable_matches_are_selected) {
       {Error::invalid_pose, [&] { it.good.start(pinhole, nullptr); }},
       // A rig without cameras is an error, not the camera of the frame before.
       {Error::invalid_camera, [&] { it.good.start(nullptr, 0, T_cw); }},
-      {Error::invalid_block_options, [&] { it.good.block_options.min_depth = -1; }},
+      {Error::invalid_block_options, [&] { it.good.block_options.map_sigma = -1; }},
       {Error::mixed_depth_cues, [&] {
          it.frame.matches[usable[5]].u_right = 100;
          it.frame.matches[usable[6]].depth = 3;
@@ -260,17 +258,35 @@ std::vector<double> random_positions(Random& random, std::size_t n) {
   return uv;
 }
 
-Cells cells_of(const ImageCells& cells, std::size_t n) {
-  std::map<std::uint32_t, Cell> matches;
-  for (std::uint32_t i = 0; i < n; ++i) {
-    EXPECT_LT(cells.groups()[i], cells.count());
-    matches[cells.groups()[i]].push_back(i);
+// The cells of matches at `uv`.
+class Divided {
+ public:
+  explicit Divided(std::size_t capacity) : cells_(capacity) {}
+
+  Cells divide(const std::vector<double>& uv, std::size_t cells, const std::vector<unsigned char>& is_spread,
+               const std::vector<std::uint8_t>& camera_ids = {}) {
+    std::vector<FeatureMatch> matches(is_spread.size());
+    for (std::size_t i = 0; i < matches.size(); ++i) {
+      std::copy_n(&uv[2 * i], 2, matches[i].measured);
+      if (!camera_ids.empty()) matches[i].camera_id = camera_ids[i];
+    }
+    Options options;
+    cells_.limit(matches.data(), matches.size(), is_spread.data(), cells, options);
+    EXPECT_EQ(options.groups.maximum, 1U);
+    std::map<std::uint32_t, Cell> by_group;
+    for (std::uint32_t i = 0; i < matches.size(); ++i) {
+      EXPECT_LT(options.groups.ids[i], options.groups.count);
+      by_group[options.groups.ids[i]].push_back(i);
+    }
+    EXPECT_EQ(by_group.size(), options.groups.count) << "a cell without a match";
+    Cells all;
+    for (const auto& [group, of_group] : by_group) all.insert(of_group);
+    return all;
   }
-  EXPECT_EQ(matches.size(), cells.count()) << "a cell without a match";
-  Cells all;
-  for (const auto& [group, of_group] : matches) all.insert(of_group);
-  return all;
-}
+
+ private:
+  ImageCells cells_;
+};
 
 // The definition, by sorting.
 void divide(const std::vector<double>& uv, Cell matches, std::size_t cells, Cells& result) {
@@ -296,67 +312,50 @@ void divide(const std::vector<double>& uv, Cell matches, std::size_t cells, Cell
   divide(uv, {middle, matches.end()}, cells - lower, result);
 }
 
-// And hold equally many matches, up to rounding. A match without a place and one that is not spread are groups of their
-// own.
+// And hold equally many matches, up to rounding. A match that is not spread is a group of its own.
 TEST(ImageCells, are_those_of_a_division_that_sorts) {
-  ImageCells cells(1000);
+  Divided divided_by_cells(1000);
   for_each_trial(300, [&](Random& random) {
     const std::size_t n = random.index(random.chance(0.3) ? 1001 : 301);
     const std::size_t beyond[] = {n, n + 1, std::size_t{1} << 32U, std::size_t{1} << 63U, no_limit};
     const std::size_t wanted = random.chance(0.2) ? beyond[random.integer(0, 4)] : random.index(401);
-    std::vector<double> uv = random_positions(random, n);
+    const std::vector<double> uv = random_positions(random, n);
     std::vector<unsigned char> is_spread(n, 1);
     const double odd = random.chance(0.5) ? 0.1 : 0;
     Cell divided;
     Cells expected;
     for (std::uint32_t i = 0; i < n; ++i) {
-      if (random.chance(odd)) uv[2 * i + random.index(2)] = random.chance(0.5) ? nan : infinity;
       if (random.chance(odd)) is_spread[i] = 0;
-      if (is_spread[i] != 0 && std::isfinite(uv[2 * i]) && std::isfinite(uv[2 * i + 1])) {
+      if (is_spread[i] != 0) {
         divided.push_back(i);
       } else {
         expected.insert({i});
       }
     }
-    ASSERT_TRUE(cells.assign(uv.data(), 2, n, wanted, odd > 0 ? is_spread.data() : nullptr));
     Cells of_division;
     divide(uv, divided, wanted, of_division);
     EXPECT_EQ(of_division.size(), std::min(std::max<std::size_t>(wanted, 1), divided.size()));
     const double share = static_cast<double>(divided.size()) / static_cast<double>(of_division.size());
     for (const Cell& cell : of_division) EXPECT_NEAR(static_cast<double>(cell.size()), share, 0.3 * share + 2);
     expected.insert(of_division.begin(), of_division.end());
-    EXPECT_EQ(cells_of(cells, n), expected);
-    EXPECT_EQ(cells.count(), expected.size());
+    EXPECT_EQ(divided_by_cells.divide(uv, wanted, is_spread), expected);
   });
 }
 
 TEST(ImageCells, no_cell_has_matches_of_two_cameras_and_each_has_its_share) {
-  ImageCells cells(400);
+  Divided divided(400);
   for_each_trial(100, [&](Random& random) {
     const std::vector<double> uv = random_positions(random, 400);
     std::vector<std::uint8_t> camera_ids;
     for (std::size_t i = 0; i < 400; ++i) camera_ids.push_back(i % 4 == 0 ? 7 : 2);  // a quarter
-    ASSERT_TRUE(cells.assign(uv.data(), 2, 400, 40, nullptr, camera_ids.data()));
     std::map<std::uint8_t, std::size_t> of_camera;
-    for (const Cell& cell : cells_of(cells, 400)) {
+    for (const Cell& cell : divided.divide(uv, 40, std::vector<unsigned char>(400, 1), camera_ids)) {
       for (const std::uint32_t i : cell) EXPECT_EQ(camera_ids[i], camera_ids[cell.front()]);
       ++of_camera[camera_ids[cell.front()]];
     }
     EXPECT_EQ(of_camera[7], 10U);
     EXPECT_EQ(of_camera[2], 30U);
   });
-}
-
-TEST(ImageCells, more_matches_than_the_capacity_are_refused_and_change_nothing) {
-  const std::vector<double> uv(8, 1.0);
-  ImageCells cells(3);
-  ASSERT_TRUE(cells.assign(uv.data(), 2, 3, 2));
-  const Cells before = cells_of(cells, 3);
-  EXPECT_FALSE(cells.assign(uv.data(), 2, 4, 2));
-  EXPECT_EQ(cells_of(cells, 3), before);
-  for (const std::size_t capacity : {std::size_t{1} << 32U, no_limit}) {
-    EXPECT_THROW(ImageCells{capacity}, std::bad_alloc) << "beyond what an index can count";
-  }
 }
 
 // Required matches are in, and of the others no two share a cell; below one there are fewer cells than the budget, and
@@ -377,17 +376,16 @@ TEST(GoodFeatures, spread_selects_at_most_one_match_of_a_cell_besides_required_o
       EXPECT_TRUE(good.is_selected(i) || !match.is_required);
       is_spread[i] = good.blocks().is_valid(i) && !match.is_required ? 1 : 0;
       uv.insert(uv.end(), match.measured, match.measured + 2);
-      camera_ids.push_back(frame.kind.has_rig ? match.camera_id : std::uint8_t{0});
+      camera_ids.push_back(match.camera_id);
     }
-    ImageCells cells(300);
-    const double wanted = std::min(std::max(std::round(60 * good.spread), 1.0), 300.0);
-    ASSERT_TRUE(cells.assign(uv.data(), 2, 300, static_cast<std::size_t>(wanted), is_spread.data(), camera_ids.data()));
-    std::map<std::uint32_t, int> selected_of_cell;
-    for (std::size_t i = 0; i < 300; ++i) {
-      if (is_spread[i] != 0) selected_of_cell[cells.groups()[i]] += good.is_selected(i) ? 1 : 0;
+    const auto wanted = static_cast<std::size_t>(std::min(std::max(std::round(60 * good.spread), 1.0), 300.0));
+    std::size_t cells = 0;
+    for (const Cell& cell : Divided(300).divide(uv, wanted, is_spread, camera_ids)) {
+      if (is_spread[cell.front()] == 0) continue;
+      ++cells;
+      EXPECT_LE(std::count_if(cell.begin(), cell.end(), [&](std::size_t i) { return good.is_selected(i); }), 1);
     }
-    for (const auto& [cell, selected] : selected_of_cell) EXPECT_LE(selected, 1) << cell;
-    EXPECT_EQ(selection.size, good.spread > 1 ? 60 : selected_of_cell.size() + 5);
+    EXPECT_EQ(selection.size, good.spread > 1 ? 60 : cells + 5);
     EXPECT_EQ(selection.status, good.spread > 1 ? Status::ok : Status::all_selected) << good.reason();
   });
 }

@@ -66,12 +66,11 @@ TEST(RealTime, select_allocates_nothing_and_prints_nothing) {
 // Frames of all kinds and sizes, some beyond the capacity, from the first match to the outliers.
 TEST(RealTime, good_features_allocates_nothing) {
   GoodFeatures good(300);
-  std::size_t aligned = 0, answers = 0, errors = 0, outliers = 0, weighted = 0;
+  std::size_t aligned = 0, answers = 0, errors = 0, outliers = 0;
   for_frames_of_all_kinds(std::max<std::size_t>(20, trials(200)), 400, [&](Random& random, FeatureFrame frame) {
     frame.rejects_outliers = random.chance(0.7);
     frame.matches.resize(1 + random.index(400));
     frame.matches.front().is_required = true;
-    good.is_weighted = random.chance(0.5);
     good.spread = random.chance(0.5) ? 1.5 : 0;
     std::vector<std::uint32_t> groups(400);
     for (std::uint32_t& group : groups) group = static_cast<std::uint32_t>(random.index(20));
@@ -83,17 +82,13 @@ TEST(RealTime, good_features_allocates_nothing) {
                 frame.gather(good);
                 aligned += good.align().is_aligned() ? 1 : 0;
                 for (const Options& asked : options) (good.select(asked).has_answer() ? answers : errors) += 1;
-                double weight[9];
-                for (std::size_t i = 0; i < good.size(); ++i) {
-                  weighted += match_information(good, i, weight) && match_whitening(good, i, weight) ? 1 : 0;
-                }
                 good.outliers(good.pose());
                 efficiency(good);
                 for (std::size_t i = 0; i < good.size(); ++i) outliers += good.is_outlier(i) ? 1 : 0;
               }),
               0);
   });
-  for (const std::size_t count : {aligned, answers, errors, outliers, weighted}) EXPECT_GT(count, 0U);
+  for (const std::size_t count : {aligned, answers, errors, outliers}) EXPECT_GT(count, 0U);
 }
 
 // What a thread has to do: selects with all strategies.
@@ -155,17 +150,14 @@ TEST(RealTime, a_stack_of_64_kilobytes_is_enough) {
 
 TEST(RealTime, filling_a_store_within_its_capacity_allocates_nothing) {
   Random random;
-  const sim::Frame frame = make_scene(sim::Scene::euroc_like, 500, random.seed());
-  const sim::MatchArrays matches(frame);
   const Block block = random_block(random, 3);
   BlockStore blocks(500);
-  for (const BlockKind& kind : block_kinds) {
-    BlockOptions options;
-    options.weighting = kind.weighting;
-    options.depth_cue = kind.depth_cue;
-    EXPECT_EQ(allocations_in([&] { build_blocks(frame, matches, options, blocks); }), 0) << kind.name;
+  for_frames_of_all_kinds(20, 500, [&](Random& /*of_frame*/, const FeatureFrame& frame) {
+    const std::vector<FeatureMatch> matches = frame.records();
+    blocks.clear();
+    EXPECT_EQ(allocations_in([&] { frame.append(matches, blocks); }), 0);
     EXPECT_EQ(blocks.size(), 500U);
-  }
+  });
   EXPECT_EQ(allocations_in([&] {
               blocks.clear();
               for (int i = 0; i < 500; ++i) push_back(blocks, block);
@@ -202,16 +194,15 @@ TEST(RealTime, without_memory_nothing_is_half_made_and_nothing_lost) {
 #if defined(MAXLOGDET_HAS_SANITIZER)
   GTEST_SKIP() << "malloc is the sanitizer's";
 #endif
-  constexpr long arrays_of_store = 3;  // planes, validity and indices
-  EXPECT_EQ(bad_allocs_of([] { BlockStore(10); }), 1 + arrays_of_store);
+  constexpr long arrays_of_store = 2;  // planes and validity
+  EXPECT_EQ(bad_allocs_of([] { BlockStore(10); }), arrays_of_store);
   const long of_selector = bad_allocs_of([] { Selector(10); });
   EXPECT_GT(of_selector, 10);
-  EXPECT_GT(bad_allocs_of([] { ImageCells(10); }), 1);
   EXPECT_GT(bad_allocs_of([] { GoodFeatures(10); }), of_selector);
 
   Random random;
-  const sim::Frame frame = make_scene(sim::Scene::euroc_like, 500, random.seed());
-  const sim::MatchArrays matches(frame);
+  const FeatureFrame frame(random, 500);
+  const std::vector<FeatureMatch> matches = frame.records();
   const Block block = random_block(random, 3);
   BlockStore blocks(10);
   for (int i = 0; i < 10; ++i) push_back(blocks, block);
@@ -220,9 +211,9 @@ TEST(RealTime, without_memory_nothing_is_half_made_and_nothing_lost) {
   const auto are_eleven = [&] { return blocks.size() == 11 && blocks.is_valid(10); };
   EXPECT_EQ(bad_allocs_of([&] { blocks.reserve(1000); }, are_eleven), arrays_of_store);
   BlockStore small(10);
-  EXPECT_EQ(bad_allocs_of([&] { build_blocks(frame, matches, BlockOptions(), small); },
-                          [&] { return small.size() == 0 && small.capacity() == 10; }),
-            arrays_of_store);
+  EXPECT_EQ(
+      bad_allocs_of([&] { frame.append(matches, small); }, [&] { return small.size() == 0 && small.capacity() == 10; }),
+      arrays_of_store);
   EXPECT_EQ(small.size(), 500U);
 }
 

@@ -85,7 +85,7 @@ std::vector<std::pair<std::string, double>> columns_of(const FeatureFrame& frame
   }
   if (frame.kind.depth_cue == DepthCue::depth) columns.emplace_back("depth", has_cue ? match.depth : -1);
   columns.emplace_back("inv_sigma2", 1 / (match.sigma * match.sigma));
-  if (frame.arrays().map_covariances != nullptr) {
+  if (frame.has_covariances()) {
     const std::pair<const char*, std::size_t> entries[] = {{"cov_xx", 0}, {"cov_xy", 1}, {"cov_xz", 2},
                                                            {"cov_yy", 4}, {"cov_yz", 5}, {"cov_zz", 8}};
     for (const auto& [name, entry] : entries) {

@@ -34,7 +34,6 @@ Camera camera_of(Bytes& bytes) {
   switch (bytes.below(6)) {
     case 0: return Camera::radial_tangential(pinhole, parameter(), parameter(), parameter() / 64, parameter() / 64);
     case 1: return Camera::kannala_brandt(pinhole, parameter(), parameter(), parameter(), parameter());
-    case 2: return Camera::double_sphere(pinhole, parameter(), 0.5 + parameter());
     default: return pinhole;
   }
 }
@@ -69,7 +68,7 @@ Frame frame_of(Bytes& bytes) {
   if (bytes.chance(8)) pose[bytes.below(12)] = bytes.number();
   frame.T_bw = RigidTransform::row_major(pose);
   if (bytes.chance(8)) frame.options.depth_sigma = bytes.number();
-  if (bytes.chance(32)) frame.options.weighting = weightings[bytes.below(4)];
+  if (bytes.chance(32)) frame.options.map_sigma = static_cast<double>(bytes.below(4));
   if (bytes.chance(48)) {
     frame.prior.assign(36, 0);
     for (std::size_t d = 0; d < 6; ++d) frame.prior[7 * d] = bytes.number();

@@ -64,24 +64,19 @@ void check(const sim::Frame& frame) {
   }
 }
 
-void check_blocks(sim::Frame frame) {
-  fill_unknown_covariances(frame, 0.05);
-  for (const Weighting weighting : sim::weightings) {
-    BlockOptions options;
-    options.weighting = weighting;
-    options.depth_cue = frame.camera.depth_cue();
-    if (frame.camera.depth_sigma > 0) options.depth_sigma = frame.camera.depth_sigma;
-    BlockStore blocks;
-    const BlockReport report = sim::build_blocks(frame, options, blocks);
-    require(report.error == Error::none, "blocks can be made of a frame", to_string(weighting),
-            to_string(report.error));
-    require(blocks.size() == frame.matches.size() && report.appended == blocks.size(), "every match has its candidate");
-    require(report.invalid == blocks.invalid_count(), "invalid candidates are counted");
-    for (std::size_t i = 0; i < blocks.size(); ++i) {
-      double block[max_block_rows * state_dimension] = {};
-      blocks.block(i, block);
-      for (const double entry : block) require(std::isfinite(entry), "valid blocks are finite", i);
-    }
+void check_blocks(const sim::Frame& frame) {
+  BlockOptions options;
+  if (frame.camera.depth_sigma > 0) options.depth_sigma = frame.camera.depth_sigma;
+  BlockStore blocks;
+  const BlockReport report =
+      sim::build_blocks(frame, sim::feature_matches(frame, frame.camera.depth_cue()), options, blocks);
+  require(report.error == Error::none, "blocks can be made of a frame", to_string(report.error));
+  require(blocks.size() == frame.matches.size() && report.appended == blocks.size(), "every match has its candidate");
+  require(report.invalid == blocks.invalid_count(), "invalid candidates are counted");
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
+    double block[max_block_rows * state_dimension] = {};
+    blocks.block(i, block);
+    for (const double entry : block) require(std::isfinite(entry), "valid blocks are finite", i);
   }
 }
 

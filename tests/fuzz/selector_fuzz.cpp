@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Any candidates, any options: what a Selector promises of its answers, compared with a plain reading of the request,
 // an oracle in long double, and answers to the same request made in other ways.
-#include "kernel/blocks/block_planes.hpp"
 #include "tests/fuzz/fuzz.hpp"
 #include "tests/fuzz/selector_problem.hpp"
 #include "tests/support/oracle.hpp"
@@ -107,7 +106,7 @@ class Exact {
       : oracle_(candidates, prior.information), is_known_(prior.is_known) {
     for (int d = 0; d < state_dimension; ++d) {
       units_(d) = std::exp2(std::floor(std::log2(prior.information(d, d)) / 2));
-      squares_ += std::pow(static_cast<Wide>(planes_of(candidates).column_max()[d]) / units_(d), 2);
+      squares_ += std::pow(static_cast<Wide>(candidates.column_max()[d]) / units_(d), 2);
     }
     error_ = update_error * std::pow(norm(), 2) * trace();
     prior_error_ = error_;

@@ -24,12 +24,15 @@ using Json = nlohmann::json;
 TEST_F(Program, prints_a_json_object_for_each_frame_with_the_librarys_answer) {
   write_frame("frame_001.csv", 150);
   write_frame("frame_002.csv", 30);
+  run_script(
+      "sed -i -e '/^mp_id/s/$/,cov_xx,cov_xy,cov_xz,cov_yy,cov_yz,cov_zz/' "
+      "-e '/^[0-9]/s/$/,.0025,0,0,.0025,0,.0025/' frames/*.csv");
   for (const std::string& strategy : sim::names_of(sim::strategies)) {
     const std::string draws = strategy == "stochastic_greedy" ? " --seed 5 --epsilon 0.2" : "";
     for (const BlockKind& kind : block_kinds) {
-      const std::string stereo = kind.depth_cue == DepthCue::stereo ? " --stereo" : "";
-      const auto objects = run_json("select --input frames --budget 40 --strategy " + strategy + draws +
-                                    " --weighting " + to_string(kind.weighting) + stereo);
+      const std::string of_blocks = std::string(kind.depth_cue == DepthCue::stereo ? " --stereo" : "") +
+                                    (kind.has_covariances ? "" : " --ignore-covariances");
+      const auto objects = run_json("select --input frames --budget 40 --strategy " + strategy + draws + of_blocks);
       const auto frames = sim::read_frames(path("frames"));
       ASSERT_EQ(objects.size(), 2U);
       for (std::size_t i = 0; i < 2; ++i) {
@@ -44,7 +47,6 @@ TEST_F(Program, prints_a_json_object_for_each_frame_with_the_librarys_answer) {
         EXPECT_EQ(object.at("budget"), 40);
         EXPECT_EQ(object.at("status"), i == 0 ? "ok" : "all_selected");
         EXPECT_EQ(object.at("strategy"), strategy);
-        EXPECT_EQ(object.at("weighting"), to_string(kind.weighting));
         EXPECT_EQ(object.at("isa"), active_isa());
         EXPECT_EQ(object.at("indices").get<std::vector<std::uint32_t>>(), expected);
         EXPECT_EQ(object.at("gains").size(), expected.size());
@@ -153,17 +155,18 @@ TEST_F(Program, refuses_invalid_arguments) {
       {"select --strategy stochastic_greedy --seed",
        {"x", "-1", "' -1'", "18446744073709551616", "99999999999999999999999", "1e3"},
        "--seed '"},
-      {"select --weighting measurement_and_map --map-sigma", {"-1", "inf", "nan"}, "a finite --map-sigma of 0 or more"},
+      {"select --input frames --map-sigma", {"-1", "inf", "nan"}, "a finite --map-sigma of 0 or more"},
       {"select --target-efficiency", {"1.1"}, "--target-efficiency"},
       {"select --target-translation-sigma", {"-1", "inf", "nan"}, "0 (none) or a positive finite number for --target-"},
       {"select --input frames --max-per-cell", {"2"}, "--max-per-cell does nothing here; expected with it --grid"},
       {"select --input frames --epsilon", {"0.2"}, "--epsilon does nothing here; expected with it --strategy st"},
       {"select --input frames --seed", {"3"}, "--seed does nothing here; expected with it --strategy stochastic_gr"},
-      {"select --input frames --map-sigma", {"0.1"}, "--map-sigma does nothing here; expected with it --weighting m"},
+      {"select --map-sigma", {"0.1"}, "--map-sigma does nothing here; expected with it --input"},
+      {"select --input frames --ignore-covariances --map-sigma", {"0.1"}, "excludes"},
+      {"evaluate frames --ignore-covariances --map-sigma", {"0.1"}, "excludes"},
       {"evaluate frames --map-sigma", {"-1", "inf", "nan"}, "--map-sigma: expected a finite number of 0 or more"},
       {"evaluate frames --budgets", {"5", "0", "-30", "ten"}, "--budgets"},
       {"evaluate frames --repeats", {"0", "1001"}, "--repeats"},
-      {"evaluate frames --weighting", {"map_bias", "heavy"}, "--weighting"},
       {"evaluate frames --seed", {"x"}, "--seed"}};
   for (const auto& [option, values, message] : refusals) {
     for (const std::string& value : values) {
@@ -171,8 +174,8 @@ TEST_F(Program, refuses_invalid_arguments) {
       expect_refused(run(option + " " + value), message);
     }
   }
-  const std::string ends = "--map-sigma 0.1 --weighting measurement_and_map --seed 18446744073709551615 ";
-  EXPECT_EQ(run("select --repeat 1 --strategy stochastic_greedy --input frames " + ends).exit_code, 0);
+  const std::string ends = "--input frames --map-sigma 0.1 --seed 18446744073709551615";
+  EXPECT_EQ(run("select --repeat 1 --strategy stochastic_greedy " + ends).exit_code, 0);
   for (const char* const command : {"select", "evaluate frames"}) {
     expect_refused(run(command, "MAXLOGDET_ISA=avx1024 "), "MAXLOGDET_ISA is 'avx1024'; expected one that");
   }
@@ -227,11 +230,6 @@ TEST_F(Program, warns_of_what_a_frame_lacks_and_counts_candidates_without_a_bloc
   EXPECT_EQ(behind.at("status"), "all_selected");
   EXPECT_EQ(behind.at("invalid_candidates"), 1) << "behind the camera";
   EXPECT_EQ(behind.at("indices").size(), 1U);
-  // Of a camera that looks along x from as high as the first point is: such a ray has no block of the world frame.
-  const Outcome ray = run_with("1,0,0,0,0,1,0,0,0,0,1,0", "0,-1,0,0,0,0,-1,3,1,0,0,0", "--weighting map_bias_world");
-  EXPECT_EQ(ray.exit_code, 0);
-  EXPECT_NE(ray.err.find("1 matches have no world-frame block"), std::string::npos) << ray.err;
-  EXPECT_EQ(Json::parse(ray.out).at("invalid_candidates"), 1);
 }
 
 TEST_F(Program, draws_a_picture_of_each_frame_with_the_selected_matches_red_in_both_views) {
@@ -265,9 +263,9 @@ TEST_F(Program, draws_a_picture_of_each_frame_with_the_selected_matches_red_in_b
 class Evaluate : public Program {
  protected:
   // Frames as a tracker records them, with independent errors, so that selection pays. `variance`: of map points along
-  // each axis, m^2; 0: unknown.
+  // each axis, m^2; 0: unknown. It is known of every `known_every`-th point.
   void write_recording(const std::string& folder, std::size_t frames, FrameKind kind = FrameKind::stereo,
-                       double variance = 0) const {
+                       double variance = 0, int known_every = 1) const {
     Random random(static_cast<std::uint64_t>(kind));
     FrameRecorder recorder;
     ASSERT_TRUE(recorder.open(path(folder).c_str()));
@@ -288,13 +286,10 @@ class Evaluate : public Program {
                               : recorder.start(rig.data(), rig.size(), T_cw, details));
       const double covariance[9] = {variance, 0, 0, 0, variance, 0, 0, 0, variance};
       for (const Match& from : frame.matches) {
-        const double uv[2] = {from.u, from.v};
-        FeatureMatch match(from.point, uv, 1 / std::sqrt(from.inv_sigma2));
-        if (from.is_stereo()) match.u_right = from.u_right;
-        match.depth = from.depth;
+        FeatureMatch match = feature_match(from, details.depth_cue);
         match.point_id = from.map_point_id;
-        match.camera_id = from.camera_id;
-        if (variance > 0) match.covariance = covariance;
+        const bool is_known = from.map_point_id % known_every == 0;
+        if (variance > 0 && is_known) match.covariance = covariance;
         ASSERT_TRUE(recorder.add(match, random.chance(0.5), random.integer(0, 100)));
       }
       ASSERT_TRUE(recorder.finish());
@@ -402,15 +397,16 @@ TEST_F(Evaluate, files_of_a_folder_are_its_recording) {
   EXPECT_EQ(evaluated("frames/frame_000003.csv --budgets 30").at("frames"), 1);
 }
 
-TEST_F(Evaluate, weighs_errors_of_the_map_if_frames_have_covariances_or_if_told_to) {
+TEST_F(Evaluate, weighs_errors_of_the_map_if_frames_have_covariances_unless_told_not_to) {
   write_recording("frames", 5);
-  write_recording("with_covariances", 5, FrameKind::stereo, 0.01);
-  const Json plain = evaluated("frames --budgets 30");
-  const Json weighed = evaluated("frames --budgets 30 --weighting measurement_and_map --map-sigma 0.1");
+  write_recording("all_known", 5, FrameKind::stereo, 0.0625);
+  write_recording("some_known", 5, FrameKind::stereo, 0.0625, 3);
+  const Json plain = evaluated("frames --budgets 30"), weighed = evaluated("all_known --budgets 30");
   EXPECT_GT(weighed.at("translation_sigma_mm"), plain.at("translation_sigma_mm"));
-  const Json given = evaluated("with_covariances --budgets 30");
-  EXPECT_NEAR(given.at("translation_sigma_mm").get<double>(), weighed.at("translation_sigma_mm").get<double>(), 1e-6);
-  EXPECT_EQ(evaluated("with_covariances --budgets 30 --weighting measurement"), plain);
+  EXPECT_EQ(evaluated("some_known --budgets 30 --map-sigma 0.25"), weighed);
+  EXPECT_NE(evaluated("some_known --budgets 30"), weighed) << "5 cm";
+  EXPECT_EQ(evaluated("frames --budgets 30 --map-sigma 0.25"), plain);
+  EXPECT_EQ(evaluated("all_known --budgets 30 --ignore-covariances"), plain);
 }
 
 TEST_F(Evaluate, refuses_frames_that_it_cannot_read_and_folders_that_it_cannot_write_to) {

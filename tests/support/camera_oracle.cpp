@@ -22,18 +22,12 @@ WideVector2 kannala_brandt(const double* k, const WideVector3& p) {
   return d * WideVector2(std::cos(psi), std::sin(psi));
 }
 
-WideVector2 double_sphere(const double* k, const WideVector3& p) {
-  const long double shifted = k[0] * p.norm() + p.z();
-  return p.head<2>() / (k[1] * WideVector3(p.x(), p.y(), shifted).norm() + (1 - k[1]) * shifted);
-}
-
 WideVector2 on_unit_plane(const Camera& camera, const WideVector3& p) {
   const double* const k = camera.parameters;
   switch (camera.model) {
     case CameraModel::pinhole: return p.head<2>() / p.z();
     case CameraModel::radial_tangential: return radial_tangential(k, p.head<2>() / p.z());
     case CameraModel::kannala_brandt: return kannala_brandt(k, p);
-    case CameraModel::double_sphere: return double_sphere(k, p);
   }
   ADD_FAILURE() << "no oracle for this model";
   return {};
@@ -57,8 +51,6 @@ Camera random_camera(Random& random, CameraModel model) {
     case CameraModel::kannala_brandt:
       return Camera::kannala_brandt(pinhole, around_zero(0.05), around_zero(0.01), around_zero(2e-3),
                                     around_zero(3e-4));
-    case CameraModel::double_sphere:
-      return Camera::double_sphere(pinhole, random.uniform(-0.4, 1.2), random.uniform(0, 1));
   }
   return pinhole;
 }
@@ -80,11 +72,10 @@ WideIsometry random_isometry(Random& random) {
   return T;
 }
 
-WideVector3 random_point(Random& random, const Camera& camera, bool is_in_front) {
+WideVector3 random_point(Random& random, const Camera& camera) {
   const bool is_narrow = camera.model == CameraModel::pinhole || camera.model == CameraModel::radial_tangential;
-  const bool is_wide = !is_narrow && !is_in_front;
   for (;;) {
-    double angle = random.uniform(0, is_wide ? 2 : 0.9);
+    double angle = random.uniform(0, is_narrow ? 0.9 : 2);
     if (random.chance(0.2)) angle = std::pow(10, random.uniform(-9, -1));
     const double psi = random.uniform(-3.14, 3.14);
     const WideVector3 direction(std::sin(angle) * std::cos(psi), std::sin(angle) * std::sin(psi), std::cos(angle));

@@ -56,7 +56,7 @@ WideVector3 random_direction(Random& random);
 WideIsometry random_isometry(Random& random);
 
 /// Of what the camera sees, up to a right angle to its axis and more where its model can; often close to the axis.
-WideVector3 random_point(Random& random, const Camera& camera, bool is_in_front);
+WideVector3 random_point(Random& random, const Camera& camera);
 
 /// Standard normal (Box & Muller 1958).
 inline double normal(Random& random) {

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "kernel/blocks/block_planes.hpp"
-#include "kernel/information/information_factor.hpp"
+#include "kernel/information/factor.hpp"
 #include "tests/support/support.hpp"
 
 #include <maxlogdet/jacobian.hpp>
@@ -55,9 +54,9 @@ inline std::string name_of(DepthCue depth_cue) { return "third " + std::to_strin
 
 const RigidTransform identity_pose = RigidTransform::identity();
 
-constexpr std::size_t BlockReport::*counts_of_report[] = {
-    &BlockReport::appended, &BlockReport::invalid,       &BlockReport::unusable,           &BlockReport::behind_camera,
-    &BlockReport::too_near, &BlockReport::singular_rays, &BlockReport::invalid_covariances};
+constexpr std::size_t BlockReport::*counts_of_report[] = {&BlockReport::appended, &BlockReport::invalid,
+                                                          &BlockReport::unusable, &BlockReport::behind_camera,
+                                                          &BlockReport::invalid_covariances};
 
 /// Whether the library found the same matches invalid, for the same reasons.
 inline void expect_same(const BlockReport& actual, const BlockReport& expected) {
@@ -67,17 +66,14 @@ inline void expect_same(const BlockReport& actual, const BlockReport& expected) 
 
 /// All that a store says of its candidates, byte by byte.
 inline std::vector<unsigned char> bytes_of(const BlockStore& blocks) {
-  const BlockPlanes& planes = planes_of(blocks);
-  std::vector<unsigned char> bytes(planes.validity(), planes.validity() + planes.size());
+  std::vector<unsigned char> bytes(blocks.validity(), blocks.validity() + blocks.size());
   const auto append = [&](const void* data, std::size_t size) {
     const auto* const first = static_cast<const unsigned char*>(data);
     bytes.insert(bytes.end(), first, first + size);
   };
-  for (int row = 0; row < planes.rows(); ++row) {
-    for (int column = 0; column < 6; ++column) append(planes.plane(row, column), planes.stored() * sizeof(float));
-  }
-  append(planes.indices(), planes.stored() * sizeof(std::uint32_t));
-  append(planes.column_max(), 6 * sizeof(double));
+  for (std::size_t plane = 0; plane < 6 * static_cast<std::size_t>(blocks.rows()); ++plane)
+    append(blocks.planes() + plane * blocks.stride(), blocks.size() * sizeof(float));
+  append(blocks.column_max(), 6 * sizeof(double));
   return bytes;
 }
 

@@ -121,11 +121,16 @@ std::vector<sim::Frame> real_frames() {
 }
 
 BlockStore blocks_of(const sim::Frame& frame, const BlockKind& kind) {
-  BlockOptions options;
-  options.weighting = kind.weighting;
-  options.depth_cue = kind.depth_cue;
+  constexpr double covariance[9] = {0.0025, 0, 0, 0, 0.0025, 0, 0, 0, 0.0025};
+  std::vector<FeatureMatch> matches;
+  for (const sim::Match& match : frame.matches) {
+    matches.push_back(sim::feature_match(match, kind.depth_cue));
+    if (kind.has_covariances) matches.back().covariance = covariance;
+  }
   BlockStore blocks;
-  const BlockReport report = build_blocks(frame, options, blocks);
+  const RigidTransform T_cw = RigidTransform::row_major(frame.T_cw_prior.data());
+  const Camera camera = PinholeCamera(frame.camera);
+  const BlockReport report = append_blocks(camera, T_cw, matches.data(), matches.size(), BlockOptions(), blocks);
   EXPECT_EQ(report.error, Error::none) << frame.name << ' ' << kind.name;
   return blocks;
 }

@@ -135,17 +135,13 @@ std::string data_folder();
 /// The kinds of blocks that tests over real and synthetic frames go through.
 struct BlockKind {
   const char* name;
-  Weighting weighting;
   DepthCue depth_cue;
+  bool has_covariances;
 };
-constexpr BlockKind block_kinds[] = {
-    {"map_bias", Weighting::map_bias, DepthCue::none},
-    {"map_bias_stereo", Weighting::map_bias, DepthCue::stereo},
-    {"map_bias_world", Weighting::map_bias_world, DepthCue::none},
-    {"measurement", Weighting::measurement, DepthCue::none},
-    {"measurement_stereo", Weighting::measurement, DepthCue::stereo},
-    {"measurement_and_map_stereo", Weighting::measurement_and_map, DepthCue::stereo},
-};
+constexpr BlockKind block_kinds[] = {{"monocular", DepthCue::none, false},
+                                     {"stereo", DepthCue::stereo, false},
+                                     {"monocular with covariances", DepthCue::none, true},
+                                     {"stereo with covariances", DepthCue::stereo, true}};
 BlockStore blocks_of(const sim::Frame& frame, const BlockKind& kind);
 
 /// Which of many cases run where only a share does: every `step`-th, from a different one on in each test.

@@ -6,52 +6,20 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
-#include <cstdio>
-#include <memory>
 #include <vector>
 
-// Shared by the adapters: selection among what a tracker has in a frame, what it costs, and its log.
+// Shared by the adapters: selection among what a tracker has in a frame, and what it costs.
 
 namespace maxlogdet {
 
-/// One frame's use of an adapter. All times but optimize_us are the hook's own.
+/// One frame's use of an adapter.
 struct HookCost {
   const char* status = "none";  ///< GoodFeatures::reason(), or "none" before the first frame
   std::size_t candidates = 0;   ///< how many there were to select from
   std::size_t selected = 0;     ///< how many the tracker continued with
-  double gather_us = 0;         ///< reading the tracker's matches, us
-  double select_us = 0;         ///< blocks and selection, us
+  double hook_us = 0;           ///< the hook's own time: reading the tracker's matches, selecting, leaving out and
+                                ///< restoring what was not selected, us
   double optimize_us = 0;       ///< the tracker's own optimisation, where the adapter calls it, us
-  double restore_us = 0;        ///< leaving out and restoring what was not selected, with its outlier flags, us
-
-  /// The time of the hook, us.
-  double hook_us() const noexcept { return gather_us + select_us + restore_us; }
-};
-
-/// Writes a CSV line per frame, once it is open.
-class HookLog {
- public:
-  /// Creates the file, with a header. Returns false, without a log, if it cannot be written.
-  bool open(const char* path) {
-    file_.reset(std::fopen(path, "w"));
-    frame_ = 0;
-    const char* const header = "frame,status,candidates,selected,gather_ns,select_ns,optimize_ns,restore_ns\n";
-    if (file_ && std::fputs(header, file_.get()) < 0) file_.reset();
-    return file_ != nullptr;
-  }
-  /// Writes a line, if the log is open.
-  void write(const HookCost& cost) {
-    if (!file_) return;
-    std::fprintf(file_.get(), "%zu,%s,%zu,%zu,%lld,%lld,%lld,%lld\n", frame_++, cost.status, cost.candidates,
-                 cost.selected, ns(cost.gather_us), ns(cost.select_us), ns(cost.optimize_us), ns(cost.restore_us));
-  }
-
- private:
-  // Integers, because a locale may have a comma for the decimal point.
-  static long long ns(double us) noexcept { return static_cast<long long>(1000 * us); }
-
-  std::unique_ptr<std::FILE, int (*)(std::FILE*)> file_{nullptr, &std::fclose};
-  std::size_t frame_ = 0;
 };
 
 /// What all adapters have. Whatever happens in a frame, the tracker can continue: after an error with all that it has,
@@ -60,12 +28,11 @@ class TrackerHook {
  public:
   GoodFeatures features;  ///< of the last frame; its block_options may be changed
   Options options;        ///< of the selection: budget, prior, time_limit, ...
-  HookLog log;            ///< open() it for a line per frame
 
   /// The cost of the last frame.
   const HookCost& cost() const noexcept { return cost_; }
   /// From the next frame on, writes each into the folder, for `maxlogdet evaluate FOLDER`. Call it once; see
-  /// GoodFeatures::record(). It counts as cost().select_us.
+  /// GoodFeatures::record(). It counts as cost().hook_us.
   bool record(const char* folder) noexcept { return features.record(folder); }
 
  protected:
@@ -81,9 +48,7 @@ class TrackerHook {
     cost_ = HookCost();
     lap();
     gather();
-    cost_.gather_us = lap();
     features.select(options);
-    cost_.select_us = lap();
     left_out_.clear();
     const BlockStore& blocks = features.blocks();
     const bool is_aligned = features.alignment().is_aligned();

@@ -2,15 +2,11 @@
 #pragma once
 
 #include <maxlogdet/adapters/hook.hpp>
-#include <maxlogdet/point_covariance.hpp>
 
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <iterator>
 #include <memory>
 #include <type_traits>
-#include <unordered_map>
 #include <vector>
 
 // Shared by the adapters of ORB-SLAM2 and ORB-SLAM3.
@@ -26,8 +22,6 @@ namespace maxlogdet {
 template <class Tracker>
 class OrbSlamHook : public TrackerHook {
  public:
-  bool use_covariances = false;  ///< measurement_and_map, from the keyframes that observe each map point
-
   /// `budget`: how many matches to optimise with. `capacity`: those of a frame beyond it are optimised with, too.
   explicit OrbSlamHook(std::size_t budget = 200, std::size_t capacity = 10000) : TrackerHook(budget, capacity) {
     removed_.reserve(capacity);
@@ -41,9 +35,7 @@ class OrbSlamHook : public TrackerHook {
     cost_ = HookCost();
     lap();
     gather(frame);
-    cost_.gather_us = lap();
     const Alignment found = features.align();
-    cost_.select_us = lap();
     cost_.status = found.reason();
     cost_.candidates = cost_.selected = features.size();
     if (found.is_aligned()) Tracker::set_pose(features.pose(), frame);
@@ -55,8 +47,7 @@ class OrbSlamHook : public TrackerHook {
       frame.mvbOutlier[features.id(i)] = is_outlier;
       inliers += is_outlier ? 0 : 1;
     }
-    cost_.restore_us = lap();
-    log.write(cost_);
+    cost_.hook_us = lap();
     return inliers;
   }
 
@@ -75,7 +66,7 @@ class OrbSlamHook : public TrackerHook {
     std::unique_ptr<Frame, decltype(put_back)> guard(&frame, put_back);  // also if the optimiser throws
     for (const std::uint32_t slot : left_out_) frame.mvpMapPoints[slot] = nullptr;
     if (features.alignment().is_aligned()) Tracker::set_pose(features.pose(), frame);
-    cost_.restore_us = lap();
+    cost_.hook_us = lap();
     int inliers = pose_optimization(&frame);
     cost_.optimize_us = lap();
     guard.reset();
@@ -83,21 +74,8 @@ class OrbSlamHook : public TrackerHook {
     const IndexRange outliers = features.outliers(Tracker::pose_of(frame));
     for (const std::uint32_t i : outliers) frame.mvbOutlier[features.id(i)] = true;
     inliers += static_cast<int>(left_out_.size() - outliers.size());
-    cost_.restore_us += lap();
-    log.write(cost_);
+    cost_.hook_us += lap();
     return inliers;
-  }
-
-  /// Writes Omega of the match in this slot of the frame, 2 x 2, or 3 x 3 with a right column, for an optimiser that
-  /// reads it within optimize(); set `features.is_weighted` to judge the others by it. With use_covariances it includes
-  /// more than the octave's weight. Returns false where there is none: use the octave's.
-  bool information(std::size_t slot, double* omega) const noexcept {
-    std::size_t first = 0, last = features.size();  // slots are in order
-    while (first < last) {
-      const std::size_t middle = first + (last - first) / 2;
-      features.id(middle) < slot ? first = middle + 1 : last = middle;
-    }
-    return features.id(first) == slot && match_information(features, first, omega);
   }
 
  protected:
@@ -111,18 +89,12 @@ class OrbSlamHook : public TrackerHook {
     match.camera_id = camera_id;
     match.point_id = static_cast<std::int64_t>(point.mnId);
     match.keyframe = static_cast<std::int64_t>(point.mnFirstKFid);
-    if (use_covariances) match.covariance = covariance_of(point, match.point);
     features.add(match);
   }
 
  private:
   template <class Frame>
   void gather(Frame& frame) {
-    constexpr std::uint64_t kept_for = 100;  // frames, of a covariance whose point is not seen
-    ++frame_;
-    for (auto entry = covariances_.begin(); frame_ % kept_for == 0 && entry != covariances_.end();) {
-      entry = entry->second.last_frame + kept_for < frame_ ? covariances_.erase(entry) : std::next(entry);
-    }
     static_cast<Tracker*>(this)->start(frame);
     constexpr std::size_t ahead = 64;  // map points lie scattered in memory, and out of the cache
     const std::size_t size = frame.mvpMapPoints.size();
@@ -140,44 +112,6 @@ class OrbSlamHook : public TrackerHook {
     for (std::size_t i = 0; point != nullptr && i < sizeof(MapPoint); i += cache_line) __builtin_prefetch(begin + i);
   }
 
-  // The covariance of a map point, kept until the number of its observations changes, or it has moved by half a
-  // standard deviation, for example when the whole map is rotated or scaled.
-  template <class MapPoint>
-  const double* covariance_of(MapPoint& point, const double* p_w) {
-    Covariance& kept = covariances_[point.mnId];
-    kept.last_frame = frame_;
-    const int observations = point.Observations();
-    double moved = 0;
-    for (int d = 0; d < 3; ++d) moved += (p_w[d] - kept.p_w[d]) * (p_w[d] - kept.p_w[d]);
-    const double variance = kept.entries[0] + kept.entries[4] + kept.entries[8];
-    if (kept.observations != observations || !(moved <= 0.25 * variance)) {
-      kept.observations = observations;
-      std::copy_n(p_w, 3, kept.p_w);
-      PointCovariance of_point(p_w);
-      for (const auto& observation : point.GetObservations()) {
-        auto& keyframe = *observation.first;
-        const int slot = Tracker::slot_in(keyframe, observation.second);
-        if (slot < 0 || keyframe.isBad()) continue;
-        const auto i = static_cast<std::size_t>(slot);
-        const float sigma = keyframe.mvScaleFactors[static_cast<std::size_t>(keyframe.mvKeysUn[i].octave)];
-        of_point.observe({keyframe.fx, keyframe.fy, keyframe.cx, keyframe.cy, keyframe.mbf}, keyframe.GetPose(), sigma,
-                         keyframe.mvuRight[i] >= 0);
-      }
-      kept.is_known = of_point.covariance(kept.entries);
-    }
-    return kept.is_known ? kept.entries : nullptr;
-  }
-
-  struct Covariance {
-    int observations = -1;
-    bool is_known = false;
-    std::uint64_t last_frame = 0;
-    double p_w[3] = {};
-    double entries[9] = {};
-  };
-
-  std::unordered_map<std::uint64_t, Covariance> covariances_;
-  std::uint64_t frame_ = 0;
   std::vector<void*> removed_;  // map points of left_out_, which the frame lacks during the optimisation
 };
 

@@ -55,11 +55,6 @@ class OrbSlam2 : public OrbSlamHook<OrbSlam2> {
   void add(const Frame& frame, std::size_t slot) {
     add_match(frame, slot, frame.mvKeysUn[slot], frame.mvuRight[slot]);
   }
-
-  template <class KeyFrame>
-  static int slot_in(const KeyFrame& /*keyframe*/, std::size_t observation) {
-    return static_cast<int>(observation);
-  }
 };
 
 }  // namespace maxlogdet

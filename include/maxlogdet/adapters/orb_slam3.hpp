@@ -4,7 +4,6 @@
 #include <maxlogdet/adapters/orb_slam.hpp>
 #include <maxlogdet/sophus.hpp>
 
-#include <tuple>
 #include <type_traits>
 
 // ORB-SLAM3. As orb_slam2.hpp tells for ORB-SLAM2, with the member
@@ -31,8 +30,7 @@
 namespace maxlogdet {
 
 /// Selection in ORB-SLAM3's tracking thread: pinhole and Kannala-Brandt cameras; monocular, stereo, RGB-D, and rigs of
-/// two fisheyes (mpCamera2), whose blocks are about the left one. use_covariances assumes that every keyframe is a
-/// rectified pinhole, and leaves out those of rigs.
+/// two fisheyes (mpCamera2), whose blocks are about the left one.
 class OrbSlam3 : public OrbSlamHook<OrbSlam3> {
  public:
   using OrbSlamHook<OrbSlam3>::OrbSlamHook;
@@ -78,12 +76,6 @@ class OrbSlam3 : public OrbSlamHook<OrbSlam3> {
     const auto left_count = static_cast<std::size_t>(frame.Nleft);
     const bool is_right = slot >= left_count;
     add_match(frame, slot, is_right ? frame.mvKeysRight[slot - left_count] : frame.mvKeys[slot], -1, is_right ? 1 : 0);
-  }
-
-  // -1: not to be used, as the right camera of a rig alone.
-  template <class KeyFrame>
-  static int slot_in(const KeyFrame& keyframe, const std::tuple<int, int>& observation) {
-    return keyframe.mpCamera2 == nullptr ? std::get<0>(observation) : -1;
   }
 
   bool has_right_column_ = false;

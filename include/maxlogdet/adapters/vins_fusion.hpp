@@ -45,8 +45,7 @@ class VinsFusion : public TrackerHook {
   void ask(const Estimator& window) {
     select([&] { gather(window); }, true);
     std::sort(left_out_.begin(), left_out_.end());
-    cost_.restore_us = lap();
-    log.write(cost_);
+    cost_.hook_us = lap();
   }
 
   /// Returns whether the last question left out the feature of that number, which counts modulo 2^32; never one without

@@ -25,16 +25,16 @@ void expect(bool is_so, const char* what) {
   std::printf("%s is NOT as it should be\n", what);
 }
 
-const maxlogdet::Camera camera = maxlogdet::Camera::double_sphere({458, 457, 367, 248}, -0.2, 0.6);
+const maxlogdet::Camera camera = maxlogdet::Camera::kannala_brandt({458, 457, 367, 248}, -0.2, 0.6, 0, 0);
 const maxlogdet::RigidTransform T_cw = maxlogdet::RigidTransform::identity();
 
-// Arrays of matches become blocks; blocks are selected from, with options.
-void select(const std::vector<Eigen::Vector3d>& points, const std::vector<double>& uv) {
+// Matches become blocks; blocks are selected from, with options.
+void select(const std::vector<Eigen::Vector3d>& points) {
   maxlogdet::BlockStore blocks(n);
-  maxlogdet::Matches matches;  // arrays of the caller's; more of them have deviations, weights, covariances, ...
-  const std::vector<double> sigmas(n, 1.5);
-  matches.sigmas = sigmas.data();
-  const maxlogdet::BlockReport report = append_blocks(camera, T_cw, points, matches, maxlogdet::BlockOptions(), blocks);
+  std::vector<maxlogdet::FeatureMatch> matches;
+  for (const Eigen::Vector3d& point : points) matches.emplace_back(point, 1.5);
+  const maxlogdet::BlockReport report =
+      append_blocks(camera, T_cw, matches.data(), n, maxlogdet::BlockOptions(), blocks);
   if (report.error != maxlogdet::Error::none) std::puts(explain(report.error));
   expect(report.appended == n && report.invalid == 0 && blocks.size() == n && blocks.is_valid(0), "a store");
 
@@ -42,22 +42,8 @@ void select(const std::vector<Eigen::Vector3d>& points, const std::vector<double
   maxlogdet::Options options(100);
   const maxlogdet::EigenPrior prior(10 * Eigen::Matrix<double, 6, 6>::Identity());
   options.prior = prior.data();
-  maxlogdet::ImageCells cells(n);
-  expect(cells.assign(uv.data(), 2, n, 150), "cells");
-  cells.limit(options);  // at most one of each
   const maxlogdet::Selection selection = selector.select(blocks, options);
   expect(selection.status == maxlogdet::Status::ok && selection.size == 100, "a selection");
-}
-
-// The weight of a residual, as the blocks have it.
-void weigh(const Eigen::Vector3d& point) {
-  maxlogdet::MatchNoise noise;
-  noise.sigma = 2;
-  noise.map_sigma = 0.1;
-  Eigen::Matrix<double, 2, 2, Eigen::RowMajor> omega, W;
-  expect(match_information(camera, T_cw, point.data(), noise, omega.data()), "a weight");
-  expect(match_whitening(camera, T_cw, point.data(), noise, W.data()), "its root");
-  expect((W.transpose() * W - omega).norm() < 1e-12 && omega(0, 0) < 0.25, "weights");
 }
 
 void record(const std::vector<Eigen::Vector3d>& points, const std::vector<double>& uv, const char* folder) {
@@ -80,8 +66,7 @@ int main(int count, char** arguments) {
     points.emplace_back((7 * i % 752 - 367.0) / 458 * z, (11 * i % 480 - 248.0) / 457 * z, z);
     expect(project(camera, points.back().data(), &uv[2 * points.size() - 2]), "a projection");
   }
-  select(points, uv);
-  weigh(points[0]);
+  select(points);
   record(points, uv, count > 1 ? arguments[1] : "");
   expect(tracks(points), "the tracker");
   expect(std::strcmp(maxlogdet::version(), MAXLOGDET_VERSION) == 0, "the version");

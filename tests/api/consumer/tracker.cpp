@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <set>
+#include <vector>
 
 #include "pool_executor.hpp"  // of docs/threading.md
 
@@ -36,8 +37,10 @@ bool has_the_log_det_of_eigen() {
 bool helpers_change_nothing(const std::vector<Eigen::Vector3d>& points) {
   PoolExecutor executor(1);
   maxlogdet::BlockStore store(points.size());
-  append_blocks(maxlogdet::Camera(450, 450, 0, 0), maxlogdet::RigidTransform::identity(), points, maxlogdet::Matches(),
-                maxlogdet::BlockOptions(), store);
+  std::vector<maxlogdet::FeatureMatch> matches;
+  for (const Eigen::Vector3d& point : points) matches.emplace_back(point);
+  append_blocks(maxlogdet::Camera(450, 450, 0, 0), maxlogdet::RigidTransform::identity(), matches.data(),
+                matches.size(), maxlogdet::BlockOptions(), store);
   maxlogdet::Selector helped(points.size(), &executor), alone(points.size());
   maxlogdet::Options options;
   options.threads = 2;

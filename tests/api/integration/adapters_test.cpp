@@ -9,7 +9,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <cstdio>
 #include <map>
 #include <memory>
 #include <set>
@@ -27,8 +26,8 @@ std::set<std::size_t> continued_with(AdapterWorld& world, const char* status) {
   EXPECT_STREQ(cost.status, status);
   EXPECT_EQ(cost.candidates, world.hook().features.size());
   EXPECT_EQ(cost.selected, kept.size());
-  for (const double us : {cost.gather_us, cost.select_us, cost.optimize_us, cost.restore_us}) EXPECT_GE(us, 0);
-  EXPECT_EQ(cost.hook_us(), cost.gather_us + cost.select_us + cost.restore_us);
+  EXPECT_GT(cost.hook_us, 0);
+  EXPECT_GE(cost.optimize_us, 0);
   return kept;
 }
 
@@ -85,25 +84,16 @@ TEST_P(AnyAdapter, what_is_not_finite_or_behind_the_camera_takes_no_place_of_the
   }
 }
 
-TEST_P(AnyAdapter, a_frame_is_logged_as_cost_says_and_recorded_with_all_candidates_as_they_were_before) {
+TEST_P(AnyAdapter, a_frame_is_recorded_with_all_candidates_as_they_were_before) {
   const auto world = world_of(300, 100);
   TrackerHook& hook = world->hook();
   const TemporaryFolder folder;
   EXPECT_STREQ(hook.cost().status, "none");
-  EXPECT_FALSE(hook.log.open("/no/such/folder/hook.csv"));
-  ASSERT_TRUE(hook.log.open((folder / "hook.csv").c_str()));
   ASSERT_TRUE(hook.record(folder.path().c_str()));
-  std::string expected = "frame,status,candidates,selected,gather_ns,select_ns,optimize_ns,restore_ns\n";
   for (int frame = 0; frame < 2; ++frame) {
     hook.options.budget = frame == 0 ? 100 : 400;
     const std::set<std::size_t> kept = continued_with(*world, frame == 0 ? "ok" : "all_selected");
     EXPECT_EQ(kept.size(), frame == 0 ? 100U : 300U);
-    const HookCost& cost = hook.cost();
-    char line[200];
-    const auto ns = [](double us) { return static_cast<long long>(1000 * us); };
-    std::snprintf(line, sizeof line, "%d,%s,%zu,%zu,%lld,%lld,%lld,%lld\n", frame, cost.status, cost.candidates,
-                  cost.selected, ns(cost.gather_us), ns(cost.select_us), ns(cost.optimize_us), ns(cost.restore_us));
-    expected += line;
     const RecordedFrame recorded(folder / ("frame_00000" + std::to_string(frame) + ".csv"));
     ASSERT_EQ(recorded.rows.size(), 300U);
     for (std::size_t row = 0; row < 300; ++row) {
@@ -113,8 +103,6 @@ TEST_P(AnyAdapter, a_frame_is_logged_as_cost_says_and_recorded_with_all_candidat
       }
     }
   }
-  hook.log = HookLog();  // closes the file
-  EXPECT_EQ(text_of(folder / "hook.csv"), expected);
 }
 
 // A full window of n features that the newest frame sees in at least four frames; between them as many whose track is

@@ -14,6 +14,7 @@
 #include <maxlogdet/sophus.hpp>
 #include "orb_slam2_include.inc"
 
+#include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <cmath>
@@ -21,11 +22,9 @@
 #include <cstdint>
 #include <cstdio>
 #include <list>
-#include <map>
 #include <opencv2/core/core.hpp>
 #include <set>
 #include <sophus/se3.hpp>
-#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -99,8 +98,8 @@ void add_of_rig(maxlogdet::GoodFeatures& good, const double (&of_pinhole)[4], co
   good.select(1);  // while the rig is there
 }
 
-inline void weigh_rows(const maxlogdet::GoodFeatures& good, std::size_t i, double sigma, Eigen::Vector2d& e,
-                       Eigen::Matrix<double, 2, 6>& H) {
+inline void weigh_rows(const Eigen::Matrix<double, 2, 3>& J, const Eigen::Matrix3d& covariance, double sigma,
+                       Eigen::Vector2d& e, Eigen::Matrix<double, 2, 6>& H) {
 #include "weigh_rows.inc"
 }
 
@@ -127,33 +126,12 @@ inline maxlogdet::Selection select_rows(maxlogdet::BlockStore& blocks, maxlogdet
 // What both trackers have.
 namespace orb_slam {
 
-template <class Pose>
-struct KeyFrame {
-  bool isBad() { return mbBad; }
-
-  float fx = 458;
-  float fy = 457;
-  float cx = 367;
-  float cy = 248;
-  float mbf = 0;
-  std::vector<cv::KeyPoint> mvKeysUn;
-  std::vector<float> mvuRight;
-  std::vector<float> mvScaleFactors;
-  Pose mTcw;
-  bool mbBad = false;
-};
-
-/// `Place`: where a keyframe sees the point.
-template <class KeyFrame, class Position, class Place>
+template <class Position>
 struct MapPoint {
   Position GetWorldPos() { return mWorldPos; }
-  std::map<KeyFrame*, Place> GetObservations() { return mObservations; }
-  int Observations() { return nObs; }
 
   long unsigned int mnId = 0;
   long int mnFirstKFid = -1;
-  int nObs = 0;
-  std::map<KeyFrame*, Place> mObservations;
   Position mWorldPos;
 };
 
@@ -171,10 +149,7 @@ struct Frame {
 
 namespace ORB_SLAM2 {
 
-struct KeyFrame : orb_slam::KeyFrame<cv::Mat> {
-  cv::Mat GetPose() { return mTcw.clone(); }
-};
-using MapPoint = orb_slam::MapPoint<KeyFrame, cv::Mat, std::size_t>;
+using MapPoint = orb_slam::MapPoint<cv::Mat>;
 
 struct Frame : orb_slam::Frame<MapPoint> {
   void SetPose(cv::Mat Tcw) { mTcw = Tcw.clone(); }
@@ -202,42 +177,6 @@ class Tracking {
   }
 };
 
-// Where the optimiser is given the weights.
-namespace weighted {
-
-/// Simplified: g2o's, of stereo.
-struct EdgeStereoSE3ProjectXYZOnlyPose {
-  void setInformation(const Eigen::Matrix3d& given) { information = given; }
-  Eigen::Matrix3d information;
-};
-
-/// Simplified: makes the edges of stereo matches, by slot, and optimises nothing.
-struct Optimizer {
-  int static PoseOptimization(Frame* pFrame, const maxlogdet::OrbSlam2* good = nullptr) {
-    edges().clear();
-    for (std::size_t i = 0; i < pFrame->mvpMapPoints.size(); ++i) {
-      if (pFrame->mvpMapPoints[i] == nullptr || pFrame->mvuRight[i] < 0) continue;
-      EdgeStereoSE3ProjectXYZOnlyPose* const e = &edges()[i];
-      const float scale = pFrame->mvScaleFactors[static_cast<std::size_t>(pFrame->mvKeysUn[i].octave)];
-      const Eigen::Matrix3d Info = Eigen::Matrix3d::Identity() / (scale * scale);
-      e->setInformation(Info);
-#include "orb_slam2_weight.inc"
-    }
-    return 0;
-  }
-  static std::map<std::size_t, EdgeStereoSE3ProjectXYZOnlyPose>& edges() {
-    static std::map<std::size_t, EdgeStereoSE3ProjectXYZOnlyPose> all;
-    return all;
-  }
-};
-
-struct Tracking : ORB_SLAM2::Tracking {
-  void TrackLocalMap() {
-#include "orb_slam2_weighted_hook.inc"
-  }
-};
-
-}  // namespace weighted
 }  // namespace ORB_SLAM2
 
 namespace ORB_SLAM3 {
@@ -252,13 +191,7 @@ class GeometricCamera {
   unsigned int mnType;  ///< 0: pinhole, 1: Kannala and Brandt's
 };
 
-struct KeyFrame : orb_slam::KeyFrame<Sophus::SE3f> {
-  Sophus::SE3f GetPose() { return mTcw; }
-
-  GeometricCamera* mpCamera = nullptr;
-  GeometricCamera* mpCamera2 = nullptr;
-};
-using MapPoint = orb_slam::MapPoint<KeyFrame, Eigen::Vector3f, std::tuple<int, int>>;
+using MapPoint = orb_slam::MapPoint<Eigen::Vector3f>;
 
 struct Frame : orb_slam::Frame<MapPoint> {
   bool isSet() const { return mbIsSet; }

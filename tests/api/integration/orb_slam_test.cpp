@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The adapters of ORB-SLAM2 and ORB-SLAM3 and the lines of docs/trackers.md for them: flags of the matches that the
-// optimiser was not given, weights of edges, and the covariances of map points that the adapters keep. The trackers
-// differ in the types of poses and points, and in their cameras.
+// optimiser was not given. The trackers differ in the types of poses and points, and in their cameras.
 #include "tests/api/integration/adapter_world.hpp"
 #include "tests/api/integration/guide.hpp"
 #include "tests/support/allocation_counter.hpp"
@@ -17,7 +16,6 @@
 #include <set>
 #include <stdexcept>
 #include <string>
-#include <tuple>
 #include <type_traits>
 #include <vector>
 
@@ -94,8 +92,7 @@ enum class Sensor { monocular, stereo, fisheye, rig };
 
 // Matches without noise at the true pose; every fifth one is off by 20 deviations. The frame's pose is a guess, at
 // which all would be outliers. Every sixth slot is empty; flags are left over from before. In stereo every second match
-// has a right column; of a rig three matches of five are those of its right camera. Two keyframes, one of them stereo,
-// observe every point.
+// has a right column; of a rig three matches of five are those of its right camera.
 template <class Tracking>
 class OrbWorld : public AdapterWorld {
  public:
@@ -103,7 +100,6 @@ class OrbWorld : public AdapterWorld {
   using Adapter = decltype(Tracking::mGoodFeatures);
   using Frame = decltype(Tracking::mCurrentFrame);
   using MapPoint = std::remove_pointer_t<typename decltype(Frame::mvpMapPoints)::value_type>;
-  using KeyFrame = std::remove_pointer_t<typename decltype(MapPoint::mObservations)::key_type>;
 
   OrbWorld(Random& random, std::size_t n, std::size_t budget, std::size_t capacity, Sensor of = Sensor::monocular)
       : sensor(of), T_cw(random_pose(random, 2, 0.9)), n_(n) {
@@ -112,11 +108,6 @@ class OrbWorld : public AdapterWorld {
     good.features.rejects_outliers = false;  // selection among all, at the frame's pose
     frame.mvScaleFactors = {1, 1.2F, 1.44F};
     frame.mbf = sensor == Sensor::stereo ? 50 : 0;
-    for (KeyFrame& keyframe : keyframes) {
-      set(keyframe.mTcw, near(random, 0.4, 0.05).matrix());
-      keyframe.mbf = 50;
-      keyframe.mvScaleFactors = frame.mvScaleFactors;
-    }
     while (slots.size() < n) add_slot(random);
     if constexpr (is_slam3) set_cameras();
     auto guess = frame.mTcw;
@@ -144,7 +135,6 @@ class OrbWorld : public AdapterWorld {
     for (std::size_t i = 0; i < n_; ++i) {
       const auto measured = [this, i](const Eigen::Vector3d& p) { return measure(i, p); };
       all.push_back({measured, T * position_of(i), sigma_of(i)});
-      if (good.use_covariances) all[i].covariance = T.linear() * covariance_of(point(i)) * T.linear().transpose();
     }
     return all;
   }
@@ -191,32 +181,6 @@ class OrbWorld : public AdapterWorld {
   MapPoint& point(std::size_t i) const { return *frame.mvpMapPoints[slots[i]]; }
   Eigen::Vector3d position_of(std::size_t i) const { return get(point(i).mWorldPos); }
 
-  // Up to so far from the true pose.
-  sim::Pose near(Random& random, double metres, double radians) const {
-    return random_pose(random, metres, radians) * T_cw;
-  }
-
-  // The keyframe observes the point once more, in another octave.
-  void observe(Random& random, MapPoint& of, KeyFrame& keyframe, bool stereo) {
-    auto& place = of.mObservations[&keyframe];
-    if constexpr (is_slam3) {
-      place = {static_cast<int>(keyframe.mvKeysUn.size()), -1};
-    } else {
-      place = keyframe.mvKeysUn.size();
-    }
-    of.nObs += stereo ? 2 : 1;
-    keyframe.mvKeysUn.emplace_back();
-    keyframe.mvKeysUn.back().octave = random.integer(0, 2);
-    keyframe.mvuRight.push_back(stereo ? 100.0F : -1.0F);
-  }
-
-  // By how much the blocks that an adapter makes of the frame, with covariances, differ from what the points tell.
-  double difference_from(const std::vector<SeenPoint>& all, Adapter& by) {
-    by.optimize(frame, no_optimization<Frame>);
-    return largest_difference(by.features.blocks(), all);
-  }
-  double difference() { return difference_from(seen(), good); }
-
   Sensor sensor;
   Tracking tracking;
   Adapter& good = tracking.mGoodFeatures;
@@ -225,7 +189,6 @@ class OrbWorld : public AdapterWorld {
   std::vector<std::size_t> slots;  // of the matches
   std::vector<cv::KeyPoint> keys;  // of the matches
   std::vector<std::unique_ptr<MapPoint>> points;
-  KeyFrame keyframes[2];
   ORB_SLAM3::GeometricCamera pinhole = {{458, 457, 367, 248}, 0};
   ORB_SLAM3::GeometricCamera fisheye = {{190, 191, 255, 256, -0.01F, -0.002F, 0.001F, -0.0003F}, 1};
   ORB_SLAM3::GeometricCamera right_fisheye = {{190, 191, 255, 256, 0.02F, -0.002F, 0.001F, -0.0003F}, 1};
@@ -279,32 +242,7 @@ class OrbWorld : public AdapterWorld {
     made.mnId = points.size();
     made.mnFirstKFid = static_cast<long int>(points.size() / 50) - 1;
     set(made.mWorldPos, T_cw.inverse() * p_c);
-    for (KeyFrame& keyframe : keyframes) observe(random, made, keyframe, &keyframe == keyframes);
     frame.mvpMapPoints.back() = &made;
-  }
-
-  // From derivatives by differences, summed over the keyframes that are not bad. The trackers make map points of the
-  // last frame for the next one alone; no keyframe has seen them.
-  Eigen::Matrix3d covariance_of(MapPoint& point) const {
-    const double map_sigma = good.features.block_options.map_sigma;
-    if (point.nObs == 0) return map_sigma * map_sigma * Eigen::Matrix3d::Identity();
-    Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
-    for (const auto& [keyframe, place] : point.mObservations) {
-      std::size_t slot;
-      if constexpr (is_slam3) {
-        slot = static_cast<std::size_t>(std::get<0>(place));
-      } else {
-        slot = place;
-      }
-      if (keyframe->mbBad) continue;
-      const double fx = double{keyframe->fx}, fy = double{keyframe->fy};
-      const double bf = keyframe->mvuRight[slot] >= 0 ? double{keyframe->mbf} : 0;
-      const sim::Pose T_kw = pose_of(keyframe->mTcw);
-      const SeenPoint as_seen = {[=](const Eigen::Vector3d& p) { return seen_by_pinhole(p, fx, fy, bf); },
-                                 T_kw * Eigen::Vector3d(get(point.mWorldPos))};
-      information += std::pow(1.2, -2 * keyframe->mvKeysUn[slot].octave) * gram(as_seen.H_p() * T_kw.linear());
-    }
-    return inverse(information + 1e-8 * information.trace() * Eigen::Matrix3d::Identity());
   }
 
   std::size_t n_;
@@ -408,89 +346,6 @@ TYPED_TEST(OrbSlamAdapter, nothing_but_the_trackers_map_points_allocates_in_a_fr
   });
   const auto optimize = [&] { world.good.optimize(world.frame, no_optimization<typename TestFixture::Frame>); };
   EXPECT_EQ(allocations_in(optimize), copies);
-}
-
-// Those of the selected matches, whose slots are not their numbers; without covariances what the octave says.
-TEST(OrbSlam2Adapter, edges_weigh_what_the_blocks_do) {
-  TracedRandom random;
-  OrbWorld<Slam2> world(random, 300, 200, 300, Sensor::stereo);
-  for (const bool use_covariances : {false, true}) {
-    world.good.use_covariances = use_covariances;
-    const std::vector<SeenPoint> seen = world.seen();
-    ORB_SLAM2::weighted::Tracking tracking;
-    tracking.mCurrentFrame = world.frame;
-    tracking.mGoodFeatures.use_covariances = use_covariances;
-    tracking.mGoodFeatures.features.is_weighted = true;
-    tracking.mGoodFeatures.features.rejects_outliers = false;
-    tracking.TrackLocalMap();
-    auto& edges = ORB_SLAM2::weighted::Optimizer::edges();
-    EXPECT_GT(edges.size(), 10U);
-    for (std::size_t i = 0; i < 300; ++i) {
-      const auto edge = edges.find(world.slots[i]);
-      if (edge == edges.end()) continue;
-      EXPECT_LT(relative_difference(edge->second.information, seen[i].weight()), 1e-4) << i;
-    }
-    double untouched[9] = {-7};
-    EXPECT_FALSE(tracking.mGoodFeatures.information(3, untouched)) << "an empty slot";
-    EXPECT_FALSE(tracking.mGoodFeatures.information(world.frame.mvpMapPoints.size(), untouched));
-    EXPECT_EQ(untouched[0], -7);
-  }
-}
-
-// Without an edit of MapPoint. Those of a frame are kept: local bundle adjustment moves a point by little, a new
-// observation adds much.
-TYPED_TEST(OrbSlamAdapter, covariances_are_recomputed_when_the_number_of_observations_changes) {
-  OrbWorld<TypeParam> world(this->random, 100, 20, 100, Sensor::stereo);
-  world.good.use_covariances = true;
-  world.good.features.block_options.map_sigma = 0.2;
-  world.point(7).mObservations.clear();
-  world.point(7).nObs = 0;
-  const std::vector<SeenPoint> before = world.seen();
-  EXPECT_LT(world.difference(), 1e-4);
-
-  set(world.keyframes[0].mTcw, world.near(this->random, 3, 0.1).matrix());
-  EXPECT_LT(world.difference_from(before, world.good), 1e-4) << "kept";
-  for (const auto& point : world.points) world.observe(this->random, *point, world.keyframes[1], true);
-  EXPECT_LT(world.difference(), 1e-4) << "recomputed";
-  EXPECT_GT(world.difference_from(before, world.good), 1e-2) << "the change is too small for this test";
-
-  world.keyframes[0].mbBad = true;
-  for (const auto& point : world.points) --point->nObs;
-  EXPECT_LT(world.difference(), 1e-4) << "a bad keyframe does not count";
-
-  for (std::size_t i = 0; i < 100; ++i) {  // by more than half a standard deviation, as when a map is scaled
-    set(world.point(i).mWorldPos, world.T_cw.inverse() * (5 * (world.T_cw * world.position_of(i))));
-  }
-  EXPECT_LT(world.difference(), 1e-4) << "recomputed: the map has moved";
-}
-
-TEST(OrbSlam3Adapter, keyframes_of_rigs_and_what_right_cameras_alone_see_do_not_count) {
-  TracedRandom random;
-  OrbWorld<Slam3> world(random, 60, 20, 60);
-  world.good.use_covariances = true;
-  const std::vector<SeenPoint> expected = world.seen();
-  ORB_SLAM3::KeyFrame of_rig = world.keyframes[0], of_right = world.keyframes[0];
-  of_rig.mpCamera2 = &world.fisheye;
-  for (const auto& point : world.points) {
-    point->mObservations[&of_rig] = std::make_tuple(0, -1);
-    point->mObservations[&of_right] = std::make_tuple(-1, 3);
-  }
-  EXPECT_LT(world.difference_from(expected, world.good), 1e-4);
-}
-
-// So that memory stays bounded: a keyframe that has moved meanwhile is seen.
-TYPED_TEST(OrbSlamAdapter, covariances_of_points_that_are_not_seen_for_long_are_forgotten) {
-  OrbWorld<TypeParam> one(this->random, 10, 5, 10, Sensor::stereo), other(this->random, 10, 5, 10, Sensor::stereo);
-  one.good.use_covariances = other.good.use_covariances = true;
-  for (const auto& point : other.points) point->mnId += 10;
-  for (int frame = 0; frame <= 450; ++frame) {
-    OrbWorld<TypeParam>& world = frame < 5 || frame > 440 ? one : other;
-    if (frame == 300) set(one.keyframes[0].mTcw, one.near(this->random, 3, 0.1).matrix());
-    const double difference = world.difference_from(world.seen(), one.good);
-    if (frame % 20 == 0 || frame == 450) {
-      EXPECT_LT(difference, 1e-4) << frame;
-    }
-  }
 }
 
 }  // namespace

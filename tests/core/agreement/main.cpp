@@ -51,19 +51,21 @@ std::vector<double> points_of(const std::string& family, std::size_t n) {
   return points;
 }
 
-BlockStore blocks_of(const std::vector<double>& points, Weighting weighting, DepthCue depth_cue) {
+BlockStore blocks_of(const std::vector<double>& points, DepthCue cue, bool has_covariances) {
   PinholeCamera camera;
   camera.fx = camera.fy = 450;
   camera.bf = 50;
   const double T_cw[12] = {0.8, 0, 0.6, 0.1, 0, 1, 0, -0.2, -0.6, 0, 0.8, 0.3};
-  Matches matches;
-  matches.size = points.size() / 3;
-  matches.points = points.data();
-  BlockOptions options;
-  options.weighting = weighting;
-  options.depth_cue = depth_cue;
+  const double covariance[9] = {2e-3, 1e-4, 0, 1e-4, 3e-3, 0, 0, 0, 4e-3};
+  std::vector<FeatureMatch> matches;
+  for (std::size_t i = 0; i < points.size(); i += 3) {
+    matches.emplace_back(&points[i], 1 + 0.01 * static_cast<double>(i % 100));
+    if (cue == DepthCue::stereo) matches.back().u_right = 1;
+    if (cue == DepthCue::depth) matches.back().depth = 1;
+    if (has_covariances && i % 2 == 0) matches.back().covariance = covariance;
+  }
   BlockStore blocks;
-  append_blocks(camera, RigidTransform::row_major(T_cw), matches, options, blocks);
+  append_blocks(camera, RigidTransform::row_major(T_cw), matches.data(), matches.size(), BlockOptions(), blocks);
   return blocks;
 }
 
@@ -108,10 +110,11 @@ void select_on_this_isa() {
   for (const std::size_t n : {std::size_t{120}, std::size_t{1500}}) {
     for (const std::string family : families) {
       const std::vector<double> points = points_of(family, n);
-      for (const Weighting weighting : weightings) {
-        const std::string from = family + ' ' + std::to_string(n) + ' ' + to_string(weighting);
-        select_every_way(from, blocks_of(points, weighting, DepthCue::none));
-        select_every_way(from + "_stereo", blocks_of(points, weighting, DepthCue::stereo));
+      for (const bool has_covariances : {false, true}) {
+        const std::string from = family + ' ' + std::to_string(n) + (has_covariances ? " covariances" : " plain");
+        select_every_way(from, blocks_of(points, DepthCue::none, has_covariances));
+        select_every_way(from + "_stereo", blocks_of(points, DepthCue::stereo, has_covariances));
+        select_every_way(from + "_depth", blocks_of(points, DepthCue::depth, has_covariances));
       }
     }
   }

@@ -9,13 +9,17 @@
 
 namespace maxlogdet {
 
-/// The error above which the determinant of a sum is not used.
-constexpr double large_error = 1e-6;
 /// The error f from which on it no longer bounds gains.
 constexpr double hopeless_error = 0.125;
 /// Values of the exact information and of a factor of error f differ by at most this times f, relative and per row
 /// (docs/numerics.md).
 constexpr double drift_of_error = 2.5;
+
+/// Upper bounds of |y|^2 for any whitened row y = W h, given the maximum |entry| of each column of H.
+struct WhitenedRowBounds {
+  double squares;    ///< | |W| d |^2, d the column maxima
+  double frobenius;  ///< |W diag(d)|_F^2: at least 1/6 of `squares`; never increases as rows are added
+};
 
 /// The information M = prior + sum of h^T h over the rows added, kept as the inverse W = L^-1 of its Cholesky factor
 /// M = L L^T, so that a candidate's gain needs no solve: Y = H L^-T = H W^T. Norms are taken in units of the
@@ -26,14 +30,6 @@ class InformationFactor {
 
   /// Starts from a symmetric prior, 6 x 6 row-major. False if it is not safely positive definite (docs/numerics.md).
   bool reset(const double* prior) noexcept;
-
-  /// The same from prior + added, a sum of H^T H whose entries are off by at most `roundings` 2^-53 sqrt(M_ii M_jj).
-  /// prior_log_det() is then that of the sum.
-  bool reset(const double* prior, const double* added, double roundings) noexcept;
-
-  /// Directly after that reset, an upper bound of the relative error of det(M)^(1/6). Unlike relative_error(), it does
-  /// not depend on the units of the directions.
-  double determinant_error(const double* prior, const double* added, double roundings) const noexcept;
 
   /// M <- M + H^T H, `count` rows of H one by one, each in O(n^2). Returns the relative gain of det M.
   double add_block(const simd::Kernel& kernel, const double (*rows)[n], int count) noexcept;
@@ -51,11 +47,13 @@ class InformationFactor {
   /// Derived in docs/numerics.md.
   double relative_error() const noexcept { return relative_error_; }
 
+  /// |Entries| of W count as at least simd::smallest_entry.
+  WhitenedRowBounds bound_rows(const double* column_max) const noexcept;
+
   /// The Frobenius norm of W, in units.
   double inverse_norm() const noexcept;
 
  private:
-  bool reset(const double* information, double roundings) noexcept;
   void narrow() noexcept;
 
   double w_[n][simd::padded_dimension];

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-#include "kernel/information/information_factor.hpp"
+#include "kernel/information/factor.hpp"
 
-#include "kernel/base/limits.hpp"
-#include "simd/rounding.hpp"
+#include "kernel/base/memory.hpp"
+#include "simd/gain_filter.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -42,23 +42,15 @@ double power_of_two_near_root(double x) noexcept {
 
 }  // namespace
 
-bool InformationFactor::reset(const double* prior) noexcept { return reset(prior, 0); }
-
-bool InformationFactor::reset(const double* prior, const double* added, double roundings) noexcept {
-  double sum[n * n];
-  for (int entry = 0; entry < n * n; ++entry) sum[entry] = prior[entry] + added[entry];
-  return reset(sum, roundings);
-}
-
-bool InformationFactor::reset(const double* information, double roundings) noexcept {
+bool InformationFactor::reset(const double* prior) noexcept {
   double l[n][n] = {};
-  if (!cholesky(information, l)) return false;
+  if (!cholesky(prior, l)) return false;
   trace_ = 0;
   prior_log_det_ = 0;
   for (int i = 0; i < n; ++i) {
-    unit_[i] = power_of_two_near_root(information[n * i + i]);
+    unit_[i] = power_of_two_near_root(prior[n * i + i]);
     per_unit_[i] = 1 / unit_[i];
-    trace_ += information[n * i + i] * per_unit_[i] * per_unit_[i];
+    trace_ += prior[n * i + i] * per_unit_[i] * per_unit_[i];
     prior_log_det_ += 2 * std::log(l[i][i]);
     for (double& entry : w_[i]) entry = 0;
   }
@@ -74,19 +66,8 @@ bool InformationFactor::reset(const double* information, double roundings) noexc
   norm_ = inverse_norm();
   added_ = 0;
   narrow();
-  relative_error_ = (update_error + n * roundings * double_unit_roundoff) * norm_ * norm_ * trace_;
+  relative_error_ = update_error * norm_ * norm_ * trace_;
   return true;
-}
-
-// The bound is derived in docs/numerics.md.
-double InformationFactor::determinant_error(const double* prior, const double* added, double roundings) const noexcept {
-  double scaled = 0;  // tr D M^-1 D, D^2 the diagonal of M
-  for (int d = 0; d < n; ++d) {
-    double variance = 0;
-    for (const auto& row : w_) variance += row[d] * row[d];
-    scaled += (prior[n * d + d] + added[n * d + d]) * variance;
-  }
-  return (update_error + n * roundings * double_unit_roundoff) * scaled;
 }
 
 double InformationFactor::add_block(const simd::Kernel& kernel, const double (*rows)[n], int count) noexcept {
@@ -104,6 +85,20 @@ void InformationFactor::narrow() noexcept {
   for (int i = 0; i < n; ++i) {
     for (int d = 0; d < simd::padded_dimension; ++d) narrow_[i][d] = static_cast<float>(w_[i][d]);
   }
+}
+
+WhitenedRowBounds InformationFactor::bound_rows(const double* column_max) const noexcept {
+  WhitenedRowBounds bounds{0, 0};
+  for (int c = 0; c < n; ++c) {
+    double sums[2] = {0, 0};  // two independent chains of additions, for speed
+    for (int d = 0; d <= c; ++d) {
+      constexpr double floor = simd::smallest_entry;
+      sums[d % 2] += std::max(std::abs(w_[c][d]), floor) * column_max[d];
+      bounds.frobenius += (w_[c][d] * w_[c][d] + floor * floor) * (column_max[d] * column_max[d]);
+    }
+    bounds.squares += (sums[0] + sums[1]) * (sums[0] + sums[1]);
+  }
+  return bounds;
 }
 
 double InformationFactor::inverse_norm() const noexcept {

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: MIT
+#include "kernel/blocks/matched_frame.hpp"
+
+#include "kernel/base/memory.hpp"
+
+namespace maxlogdet {
+namespace {
+
+constexpr double rotation_tolerance = 1e-3;  // of rotation_error(): accepts poses stored in float32
+constexpr double most_moderate = 1e15;       // of a pixel and of a standard deviation
+
+bool has_right(const FeatureMatch& match) noexcept { return match.u_right >= 0 && match.u_right < infinity; }
+bool has_depth(const FeatureMatch& match) noexcept { return is_positive(match.depth); }
+
+}  // namespace
+
+double RigidTransform::rotation_error() const noexcept {
+  if (!all_finite(entries_, 12)) return infinity;
+  double error = 0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 3; ++j) {
+      const double* const a = entries_ + 4 * i;
+      const double* const b = entries_ + 4 * j;
+      error = std::max(error, std::abs(a[0] * b[0] + a[1] * b[1] + a[2] * b[2] - (i == j ? 1 : 0)));
+    }
+  }
+  return error;
+}
+
+bool is_rigid(const RigidTransform& transform) noexcept {
+  const double* const r = transform.data();
+  const double determinant =
+      r[0] * (r[5] * r[10] - r[6] * r[9]) - r[1] * (r[4] * r[10] - r[6] * r[8]) + r[2] * (r[4] * r[9] - r[5] * r[8]);
+  return transform.rotation_error() <= rotation_tolerance && determinant > 0;
+}
+
+bool is_identity(const RigidTransform& transform) noexcept {
+  return std::equal(transform.data(), transform.data() + 12, RigidTransform::identity().data());
+}
+
+DepthCue measured_cue(const FeatureMatch& match) noexcept {
+  if (has_right(match)) return DepthCue::stereo;
+  return has_depth(match) ? DepthCue::depth : DepthCue::none;
+}
+
+bool is_measured(const FeatureMatch& match) noexcept { return match.measured[0] != unmeasured; }
+
+bool is_sound(const FeatureMatch& match) noexcept {
+  const bool is_moderate = std::abs(match.measured[0]) < most_moderate && std::abs(match.measured[1]) < most_moderate;
+  return all_finite(match.point, 3) && (is_moderate || !is_measured(match)) && match.sigma > 1 / most_moderate &&
+         match.sigma < most_moderate;
+}
+
+void MatchedFrame::note(const FeatureMatch& match) noexcept {
+  has_covariances = has_covariances || match.covariance != nullptr;
+  const DepthCue cue = measured_cue(match);
+  if (cue == DepthCue::none) return;
+  const bool has_both = has_right(match) && has_depth(match);
+  has_mixed_cues = has_mixed_cues || has_both || (depth_cue != DepthCue::none && depth_cue != cue);
+  depth_cue = cue;
+}
+
+Error check(const Camera& camera, DepthCue third) noexcept {
+  if (!is_known(camera.model)) return Error::unknown_camera_model;
+  const PinholeCamera& pinhole = camera.pinhole;
+  const bool has_stereo =
+      camera.model == CameraModel::pinhole && is_positive(pinhole.bf) && std::isfinite(pinhole.shift_of_right);
+  const bool are_valid = is_positive(pinhole.fx) && is_positive(pinhole.fy) && std::isfinite(pinhole.cx) &&
+                         std::isfinite(pinhole.cy) && all_finite(camera.parameters, parameter_count(camera.model));
+  if (!are_valid || (third == DepthCue::stereo && !has_stereo)) return Error::invalid_camera;
+  return is_rigid(camera.T_cb) ? Error::none : Error::invalid_pose;
+}
+
+Error check(const MatchedFrame& frame) noexcept {
+  if (frame.has_mixed_cues) return Error::mixed_depth_cues;
+  if (frame.cameras == nullptr || frame.camera_count == 0 || frame.camera_count > max_cameras)
+    return Error::invalid_camera;
+  for (std::size_t i = 0; i < frame.camera_count; ++i) {
+    const Error error = check(frame.cameras[i], frame.depth_cue);
+    if (error != Error::none) return error;
+  }
+  if (frame.size > 0 && frame.matches == nullptr) return Error::missing_matches;
+  const BlockOptions& options = frame.options;
+  if (!is_positive(options.depth_sigma) || !(options.map_sigma >= 0) || !std::isfinite(options.map_sigma))
+    return Error::invalid_block_options;
+  return is_rigid(frame.T_bw) ? Error::none : Error::invalid_pose;
+}
+
+}  // namespace maxlogdet

@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: MIT
+// J = d z / d p_b of packs of matches, one per lane, and its whitening by Sigma = Sigma_z + J Sigma_p J^T. float64 by
+// + - * / and sqrt in one fixed order: the same bits on every instruction set.
+
+namespace maxlogdet::simd {
+namespace {
+
+using Mask = xsimd::batch_bool<double>;
+using Point = PointOf<Doubles>;
+
+constexpr double root_half = 0.70710678118654752;
+
+constexpr int rows_with(DepthCue third) { return third == DepthCue::none ? 2 : 3; }
+
+inline Mask is_positive(const Doubles& value) {
+  return (value > Doubles(0.0)) & (value <= Doubles(std::numeric_limits<double>::max()));
+}
+inline Mask is_finite(const Point& p) { return is_finite(p.x) & is_finite(p.y) & is_finite(p.z); }
+
+[[gnu::always_inline]] inline Point transform(const double* T, const Point& from) {
+  Doubles p[3];
+  for (int row = 0; row < 3; ++row) {
+    const double* const r = T + 4 * row;
+    p[row] = Doubles(r[0]) * from.x + Doubles(r[1]) * from.y + Doubles(r[2]) * from.z + Doubles(r[3]);
+  }
+  return {p[0], p[1], p[2]};
+}
+
+// Other cameras than pinholes are refused where the third row is a right column.
+template <DepthCue third>
+[[gnu::always_inline]] inline Image<Doubles> image_of(const CameraInput& camera, const Point& p_c) {
+  if constexpr (third == DepthCue::stereo) {
+    return Model<CameraModel::pinhole>::project(camera.parameters, p_c);
+  } else {
+    return project(camera, p_c);
+  }
+}
+
+// Adds the third row by p_c, zeros where there is none: that of the depth, or that of u_right, which is rotated with
+// that of u to (u + u_right, u_right - u) / sqrt(2), of which the last depends on the depth alone.
+template <DepthCue third, int Rows>
+inline void add_third_row(double bf, const Doubles& depth, const Mask& has_third, Doubles (&J)[Rows][3]) {
+  static_assert(Rows == rows_with(third), "a third row has its place");
+  if constexpr (third != DepthCue::none) {
+    const Doubles zero(0.0);
+    J[2][0] = J[2][1] = zero;
+    if constexpr (third == DepthCue::depth) {
+      J[2][2] = xsimd::select(has_third, Doubles(1.0), zero);
+    } else {
+      J[2][2] = xsimd::select(has_third, Doubles(bf * root_half) / (depth * depth), zero);
+      for (Doubles& entry : J[0]) entry = xsimd::select(has_third, Doubles(2 * root_half) * entry, entry);
+      J[0][2] = J[0][2] + J[2][2];
+    }
+  }
+}
+
+// J <- J R, R of a 3 x 4 transform: from derivatives by p_c to derivatives by p_b.
+template <int Rows>
+inline void rotate_to_body(const double* T_cb, Doubles (&J)[Rows][3]) {
+  for (auto& row : J) {
+    Doubles rotated[3];
+    for (int j = 0; j < 3; ++j) {
+      rotated[j] = row[0] * Doubles(T_cb[j]) + row[1] * Doubles(T_cb[4 + j]) + row[2] * Doubles(T_cb[8 + j]);
+    }
+    for (int j = 0; j < 3; ++j) row[j] = rotated[j];
+  }
+}
+
+// What is uncertain about a match.
+struct Noise {
+  Doubles sigma;
+  Doubles of_depth;  // standard deviation
+  Mask has_third;
+  Doubles map[6];  // Sigma_p, the upper triangle, by rows
+};
+
+// S = Sigma_z + B Sigma_p B^T, B = J R of the rows that add_third_row() makes.
+template <int Rows>
+struct Covariance {
+  Doubles entries[Rows][Rows];  // the lower triangle
+  Doubles norms[Rows];          // per row of B the sum of its magnitudes
+  Mask has_variances;           // false where one of them has underflowed to zero
+};
+
+template <DepthCue third>
+inline Covariance<rows_with(third)> covariance_of(const double* T_bw, const Noise& noise,
+                                                  const Doubles (&J)[rows_with(third)][3]) {
+  constexpr int rows = rows_with(third);
+  const Doubles variance = noise.sigma * noise.sigma;
+  const Doubles(&map)[6] = noise.map;
+  Covariance<rows> s;
+  s.has_variances = variance > Doubles(0.0);
+  Doubles world[rows][3];  // B
+  for (int a = 0; a < rows; ++a) {
+    const Doubles(&row)[3] = world[a];
+    for (int j = 0; j < 3; ++j) {
+      const double* const r = T_bw + j;
+      world[a][j] = J[a][0] * Doubles(r[0]) + J[a][1] * Doubles(r[4]) + J[a][2] * Doubles(r[8]);
+    }
+    const Doubles product[3] = {row[0] * map[0] + row[1] * map[1] + row[2] * map[2],
+                                row[0] * map[1] + row[1] * map[3] + row[2] * map[4],
+                                row[0] * map[2] + row[1] * map[4] + row[2] * map[5]};
+    for (int b = 0; b <= a; ++b) {
+      s.entries[a][b] = product[0] * world[b][0] + product[1] * world[b][1] + product[2] * world[b][2];
+    }
+    s.norms[a] = xsimd::abs(row[0]) + xsimd::abs(row[1]) + xsimd::abs(row[2]);
+    if (third == DepthCue::depth && a == 2) {
+      const Doubles of_depth = xsimd::select(noise.has_third, noise.of_depth * noise.of_depth, Doubles(1.0));
+      s.has_variances = s.has_variances & (of_depth > Doubles(0.0));
+      s.entries[a][a] += of_depth;
+    } else {
+      s.entries[a][a] += variance;
+    }
+  }
+  return s;
+}
+
+// L^-1 of S = L L^T, lower triangular. Returns where S is positive definite. Without loops, whose arrays compilers
+// would keep in memory.
+template <int Rows>
+[[gnu::always_inline]] inline Mask invert_root(const Doubles (&s)[Rows][Rows], Doubles (&inverse)[Rows][Rows]) {
+  const Doubles one(1.0);
+  inverse[0][0] = one / xsimd::sqrt(s[0][0]);
+  const Doubles l10 = s[1][0] * inverse[0][0];
+  const Doubles pivot1 = s[1][1] - l10 * l10;
+  inverse[1][1] = one / xsimd::sqrt(pivot1);
+  inverse[1][0] = negated(l10 * inverse[0][0] * inverse[1][1]);
+  const Mask is_definite = is_positive(s[0][0]) & is_positive(pivot1);
+  if constexpr (Rows == 2) {
+    return is_definite;
+  } else {
+    const Doubles l20 = s[2][0] * inverse[0][0];
+    const Doubles l21 = (s[2][1] - l20 * l10) * inverse[1][1];
+    const Doubles pivot2 = s[2][2] - l20 * l20 - l21 * l21;
+    inverse[2][2] = one / xsimd::sqrt(pivot2);
+    inverse[2][1] = negated(l21 * inverse[1][1] * inverse[2][2]);
+    inverse[2][0] = negated((l20 * inverse[2][2] + l10 * inverse[2][1]) * inverse[0][0]);
+    return is_definite & is_positive(pivot2);
+  }
+}
+
+// Whether rounding leaves A S A^T = I to 1e-3: |Sigma_p| | |A| norms |^2 must not exceed max_whitened_covariance.
+template <int Rows>
+[[gnu::always_inline]] inline Mask keeps_digits(const Doubles (&map)[6], const Doubles (&A)[Rows][Rows],
+                                                const Doubles (&norms)[Rows]) {
+  const Doubles square = map[0] * map[0] + map[3] * map[3] + map[5] * map[5] +
+                         Doubles(2.0) * (map[1] * map[1] + map[2] * map[2] + map[4] * map[4]);
+  Doubles sum(0.0);
+  for (int a = Rows - 1; a >= 0; --a) {
+    Doubles row = A[a][a] * norms[a];
+    for (int b = 0; b < a; ++b) row += xsimd::abs(A[a][b]) * norms[b];
+    sum += row * row;
+  }
+  return square * (sum * sum) <= Doubles(max_whitened_covariance * max_whitened_covariance);
+}
+
+// A = L^-1 of S = L L^T. Returns where there is one that keeps its digits.
+template <int Rows>
+[[gnu::always_inline]] inline Mask whiten(const Noise& noise, const Covariance<Rows>& s, Doubles (&A)[Rows][Rows]) {
+  const Mask is_definite = s.has_variances & invert_root(s.entries, A);
+  return is_definite & keeps_digits(noise.map, A, s.norms);
+}
+
+// rows <- L rows, L lower triangular.
+template <int Rows, int Columns>
+inline void multiply_by_lower(const Doubles (&lower)[Rows][Rows], Doubles (&rows)[Rows][Columns]) {
+  for (int a = Rows - 1; a >= 0; --a) {
+    for (int j = 0; j < Columns; ++j) {
+      Doubles sum = lower[a][a] * rows[a][j];
+      for (int b = 0; b < a; ++b) sum += lower[a][b] * rows[b][j];
+      rows[a][j] = sum;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace maxlogdet::simd
