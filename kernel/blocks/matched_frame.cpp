@@ -1,16 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "kernel/blocks/matched_frame.hpp"
 
-#include "kernel/base/memory.hpp"
-
 namespace maxlogdet {
 namespace {
 
 constexpr double rotation_tolerance = 1e-3;  // of rotation_error(): accepts poses stored in float32
-constexpr double most_moderate = 1e15;       // of a pixel and of a standard deviation
-
-bool has_right(const FeatureMatch& match) noexcept { return match.u_right >= 0 && match.u_right < infinity; }
-bool has_depth(const FeatureMatch& match) noexcept { return is_positive(match.depth); }
 
 }  // namespace
 
@@ -36,28 +30,6 @@ bool is_rigid(const RigidTransform& transform) noexcept {
 
 bool is_identity(const RigidTransform& transform) noexcept {
   return std::equal(transform.data(), transform.data() + 12, RigidTransform::identity().data());
-}
-
-DepthCue measured_cue(const FeatureMatch& match) noexcept {
-  if (has_right(match)) return DepthCue::stereo;
-  return has_depth(match) ? DepthCue::depth : DepthCue::none;
-}
-
-bool is_measured(const FeatureMatch& match) noexcept { return match.measured[0] != unmeasured; }
-
-bool is_sound(const FeatureMatch& match) noexcept {
-  const bool is_moderate = std::abs(match.measured[0]) < most_moderate && std::abs(match.measured[1]) < most_moderate;
-  return all_finite(match.point, 3) && (is_moderate || !is_measured(match)) && match.sigma > 1 / most_moderate &&
-         match.sigma < most_moderate;
-}
-
-void MatchedFrame::note(const FeatureMatch& match) noexcept {
-  has_covariances = has_covariances || match.covariance != nullptr;
-  const DepthCue cue = measured_cue(match);
-  if (cue == DepthCue::none) return;
-  const bool has_both = has_right(match) && has_depth(match);
-  has_mixed_cues = has_mixed_cues || has_both || (depth_cue != DepthCue::none && depth_cue != cue);
-  depth_cue = cue;
 }
 
 Error check(const Camera& camera, DepthCue third) noexcept {

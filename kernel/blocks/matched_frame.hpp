@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "kernel/base/memory.hpp"
 #include "simd/camera_models.hpp"
 
 #include <maxlogdet/camera.hpp>
@@ -31,11 +32,21 @@ bool is_known(CameraModel model) noexcept;
 /// The camera as kernels read it, a view. The model is known.
 simd::CameraInput camera_input(const Camera& camera) noexcept;
 
+inline bool has_right(const FeatureMatch& match) noexcept { return match.u_right >= 0 && match.u_right < infinity; }
+inline bool has_depth(const FeatureMatch& match) noexcept { return is_positive(match.depth); }
+inline bool is_measured(const FeatureMatch& match) noexcept { return match.measured[0] != unmeasured; }
 /// What a match has measured besides u and v.
-DepthCue measured_cue(const FeatureMatch& match) noexcept;
-bool is_measured(const FeatureMatch& match) noexcept;
+inline DepthCue measured_cue(const FeatureMatch& match) noexcept {
+  if (has_right(match)) return DepthCue::stereo;
+  return has_depth(match) ? DepthCue::depth : DepthCue::none;
+}
 /// Whether its numbers can be computed with: squares of some that are far larger would overflow.
-bool is_sound(const FeatureMatch& match) noexcept;
+inline bool is_sound(const FeatureMatch& match) noexcept {
+  constexpr double most = 1e15;  // of a pixel and of a standard deviation
+  const bool is_moderate = std::abs(match.measured[0]) < most && std::abs(match.measured[1]) < most;
+  return all_finite(match.point, 3) && (is_moderate || !is_measured(match)) && match.sigma > 1 / most &&
+         match.sigma < most;
+}
 
 /// A frame: cameras on a body, the pose of the body, and the matches. Arrays are the caller's.
 struct MatchedFrame {
@@ -56,7 +67,14 @@ struct MatchedFrame {
     return match.camera_id < camera_count || camera_count == 0;
   }
   /// Takes up what a sound match has.
-  void note(const FeatureMatch& match) noexcept;
+  void note(const FeatureMatch& match) noexcept {
+    has_covariances = has_covariances || match.covariance != nullptr;
+    const DepthCue cue = measured_cue(match);
+    if (cue == DepthCue::none) return;
+    const bool has_both = has_right(match) && has_depth(match);
+    has_mixed_cues = has_mixed_cues || has_both || (depth_cue != DepthCue::none && depth_cue != cue);
+    depth_cue = cue;
+  }
 };
 
 /// Returns the first error, or none.
