@@ -120,14 +120,9 @@ inline Doubles relative_gain_by_elimination(const Doubles (&products)[Rows * (Ro
   }
 }
 
-// By elimination, or as those that decide, which take twice as long and lose fewer digits.
+// `load(plane)` is an entry of a pack of blocks.
 template <int Rows, class Load>
-inline Doubles gains_in_float64(const Planes& planes, const double* w, bool by_elimination, const Load& load) {
-  if (!by_elimination) {
-    Doubles y[Rows][dimension];
-    whiten_exactly<Rows>(planes, w, load, y);
-    return relative_gain_of_block<Rows>(y);
-  }
+inline Doubles gains_in_float64(const Planes& planes, const double* w, const Load& load) {
   Doubles products[Rows * (Rows + 1) / 2];
   const auto entry = [&](std::size_t e) { return load(planes.data + e * planes.stride); };
   const auto fused = [](const Doubles& x, const Doubles& y, const Doubles& z) { return multiply_add(x, y, z); };
@@ -137,19 +132,19 @@ inline Doubles gains_in_float64(const Planes& planes, const double* w, bool by_e
 
 // Of a pack of lanes.
 template <int Rows>
-inline Doubles gains_in_float64(const BlocksOfLanes& blocks, const double* w, bool by_elimination, std::size_t lane) {
+inline Doubles gains_in_float64(const BlocksOfLanes& blocks, const double* w, std::size_t lane) {
   if (blocks.candidate == nullptr) {
     const auto load = [lane](const float* plane) { return widened(plane + lane); };
-    return gains_in_float64<Rows>(blocks.planes, w, by_elimination, load);
+    return gains_in_float64<Rows>(blocks.planes, w, load);
   }
   Listed load;
   std::memcpy(load.candidate, blocks.candidate + lane, sizeof load.candidate);
-  return gains_in_float64<Rows>(blocks.planes, w, by_elimination, load);
+  return gains_in_float64<Rows>(blocks.planes, w, load);
 }
 
 template <int Rows>
-Evaluated evaluate_in_float64(const Tiles& tiles, const BlocksOfLanes& blocks, const double* w, bool by_elimination,
-                              const Tile* list, std::size_t count, const RoundArrays& arrays) {
+Evaluated evaluate_in_float64(const Tiles& tiles, const BlocksOfLanes& blocks, const double* w, const Tile* list,
+                              std::size_t count, const RoundArrays& arrays) {
   Evaluated found{-1, 0};
   for (std::size_t j = 0; j < count; ++j) {
     const std::size_t tile = number(list[j]);
@@ -157,7 +152,7 @@ Evaluated evaluate_in_float64(const Tiles& tiles, const BlocksOfLanes& blocks, c
     for (std::size_t i = 0; i < tile_size; i += double_lanes) {
       const std::size_t lane = tile * tile_size + i;
       const auto remains = widened(tiles.remaining + lane) > Doubles(0.0);
-      const Doubles evaluated = gains_in_float64<Rows>(blocks, w, by_elimination, lane);
+      const Doubles evaluated = gains_in_float64<Rows>(blocks, w, lane);
       store_narrow(xsimd::select(remains, evaluated, Doubles(-1.0)), gains + i);
     }
     arrays.highest[tile] = largest(gains, tile_size);

@@ -75,10 +75,10 @@ struct ExactFunctions {
   /// the 1, gains far below 2^-53 keep their digits.
   void (*decide)(const Planes& planes, const double* w, const Index* listed, std::size_t count, double* relative_gains);
 
-  /// Evaluates the same, rounded to float32, in the tiles listed: `gains` and `highest` of `arrays`. By elimination it
-  /// takes half of the time, and is off by more (docs/numerics.md).
-  Evaluated (*evaluate)(const Tiles& tiles, const BlocksOfLanes& blocks, const double* w, bool by_elimination,
-                        const Tile* list, std::size_t count, const RoundArrays& arrays);
+  /// Evaluates the same by elimination, rounded to float32, in the tiles listed: `gains` and `highest` of `arrays`. It
+  /// takes half of the time of `decide`, and is off by more (docs/numerics.md).
+  Evaluated (*evaluate)(const Tiles& tiles, const BlocksOfLanes& blocks, const double* w, const Tile* list,
+                        std::size_t count, const RoundArrays& arrays);
 
   /// traces[i] = |Y|_F^2 of candidate i in [0, count), its term of tr(M^-1 sum of H^T H). Reads and writes up to 7
   /// more.

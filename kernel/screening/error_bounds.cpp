@@ -17,13 +17,9 @@ constexpr double whitening_errors[] = {8, 8, 8, 12};
 constexpr double minors_errors[] = {8, 32, 160};
 static_assert(sizeof whitening_errors / sizeof(double) == simd::forms, "one of each form");
 static_assert(sizeof minors_errors / sizeof(double) == max_block_rows, "one of each number of rows");
-// Of 1 + a relative gain in float64, per form, in units of 2^-53 |y|^2 and |y|; and the share of it up to which these
-// serve.
+// Of 1 + a relative gain in float64, per form, in units of 2^-53 |y|^2; and the share of it up to which these serve.
 constexpr double elimination_errors[] = {32, 128, 320, 320};
-constexpr double orthogonal_errors[] = {16, 64, 128, 128};
-static_assert(sizeof elimination_errors / sizeof(double) == simd::forms &&
-                  sizeof orthogonal_errors / sizeof(double) == simd::forms,
-              "one of each form");
+static_assert(sizeof elimination_errors / sizeof(double) == simd::forms, "one of each form");
 constexpr double largest_share = 0.01;
 // What a relative gain may lose that underflows in float32.
 constexpr double underflow = 1e-36;
@@ -102,20 +98,10 @@ void ErrorBounds::tighten(float highest) noexcept {
   volume_error_ = volume_error(tight_squares_, delta, rows_);
 }
 
-// What 1 + a relative gain is off by in float64, as a share of it.
-double ErrorBounds::elimination_error() const noexcept {
-  return elimination_errors[form_] * simd::double_unit_roundoff * row_squares_;
-}
-double ErrorBounds::orthogonal_error() const noexcept {
-  return orthogonal_errors[form_] * simd::double_unit_roundoff * std::sqrt(row_squares_);
-}
-
-bool ErrorBounds::by_elimination() const noexcept { return elimination_error() < largest_share; }
-
 simd::GainFilter ErrorBounds::filter_at(double tangent) const noexcept {
   simd::GainFilter filter;
   if (in_float64_) {
-    const double share = by_elimination() ? elimination_error() : orthogonal_error();
+    const double share = elimination_errors[form_] * simd::double_unit_roundoff * row_squares_;
     const bool excludes = share < largest_share;
     filter.constant = excludes ? share + underflow : infinity;
     filter.relative = excludes ? share + 2 * float_unit_roundoff : 0;

@@ -25,8 +25,6 @@ class ErrorBounds {
                    simd::Round& round) noexcept;
 
   bool in_float64() const noexcept { return in_float64_; }
-  /// Whether elimination is exact enough, in float64.
-  bool by_elimination() const noexcept;
   /// From this round on, until the error bound of float32 is small.
   void use_float64(simd::Round& round) noexcept;
 
@@ -35,8 +33,6 @@ class ErrorBounds {
   bool still_hold(bool may_last, float highest) const noexcept;
   void bound_rows(const InformationFactor& factor) noexcept;
   double row_error() const noexcept;
-  double elimination_error() const noexcept;
-  double orthogonal_error() const noexcept;
   simd::GainFilter filter_at(double tangent) const noexcept;
   void tighten(float highest) noexcept;
 

@@ -104,13 +104,12 @@ float Screening::first_guess() const noexcept {
 // as in the order, so that each thread has its share of them.
 simd::Evaluated Screening::evaluate(const Tile* list, std::size_t count) noexcept {
   const bool in_float64 = errors_.in_float64();
-  const bool by_elimination = errors_.by_elimination();
   simd::Evaluated parts[threading::Team::max_chunks];
   // Runs on helpers: writes `gains` and `highest` of its own tiles, and its own part.
   const std::uint32_t chunks = team_.in_chunks(
       count, in_float64 ? min_exact_tiles : min_tiles, [&](std::size_t first, std::size_t size, std::uint32_t chunk) {
         parts[chunk] = in_float64 ? candidates_->exact().evaluate(tiles_.tiles(), tiles_.blocks(), factor_->inverse(),
-                                                                  by_elimination, list + first, size, round_.arrays)
+                                                                  list + first, size, round_.arrays)
                                   : candidates_->kernel->rounds[candidates_->form].evaluate(
                                         tiles_.tiles(), factor_->narrow_inverse(), list + first, size, round_.arrays);
       });
