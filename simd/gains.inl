@@ -35,13 +35,6 @@ struct FactoredBlock {
   Floats a00, a01, a02, a11, a12, a22, x, y, z;
 };
 
-// Entry e at entries + offset(e).
-template <class Offset>
-inline FactoredBlock load_factored(const float* entries, const Offset& offset) {
-  const auto at = [&](std::size_t e) { return Floats::load_unaligned(entries + offset(e)); };
-  return {at(0), at(1), at(2), at(3), at(4), at(5), at(6), at(7), at(8)};
-}
-
 // A column of Y, c in 0 .. 5, for a factored block: y = A (w_t - X x w_r), row c of W being (w_t, w_r). With a
 // constant c the zeros of W cost nothing.
 inline void whiten_column(const FactoredBlock& b, const float* w, int c, Floats (&y)[3]) {
@@ -94,10 +87,10 @@ inline void add_products(const Floats (&y)[3], int c, Floats (&products)[6]) {
 static_assert(tile_size % float_lanes == 0, "a tile is a number of packs");
 
 // y = h W^T for one row of a pack of candidates: entry c is the dot product with row c of the lower triangle W.
-inline void whiten(const float* entries, std::size_t stride, const float* w, Floats (&y)[dimension]) {
+inline void whiten(const float* entries, const float* w, Floats (&y)[dimension]) {
   Floats h[dimension];
 #pragma GCC unroll 6
-  for (int d = 0; d < dimension; ++d) h[d] = Floats::load_unaligned(entries + static_cast<std::size_t>(d) * stride);
+  for (int d = 0; d < dimension; ++d) h[d] = Floats::load_unaligned(entries + static_cast<std::size_t>(d) * tile_size);
 #pragma GCC unroll 6
   for (int c = 0; c < dimension; ++c) y[c] = Floats(w[padded_dimension * c]) * h[0];
 #pragma GCC unroll 6
@@ -120,10 +113,10 @@ inline Floats dot(const Floats (&a)[dimension], const Floats (&b)[dimension]) {
 
 // Y Y^T, entries (a, b), a <= b, row by row.
 template <Form form, int Rows = rows_of(form)>
-inline void multiply_by_transpose(const float* entries, [[maybe_unused]] std::size_t stride, const float* w,
-                                  Floats (&products)[Rows * (Rows + 1) / 2]) {
+inline void multiply_by_transpose(const float* entries, const float* w, Floats (&products)[Rows * (Rows + 1) / 2]) {
+  const auto load = [=](std::size_t e) { return Floats::load_unaligned(entries + e * tile_size); };
   if constexpr (form == factored) {
-    const FactoredBlock block = load_factored(entries, [](std::size_t e) { return e * tile_size; });
+    const FactoredBlock block = {load(0), load(1), load(2), load(3), load(4), load(5), load(6), load(7), load(8)};
 #pragma GCC unroll 6
     for (int c = 0; c < dimension; ++c) {
       Floats y[3];
@@ -132,13 +125,12 @@ inline void multiply_by_transpose(const float* entries, [[maybe_unused]] std::si
     }
   } else if constexpr (Rows < 3) {
     Floats y[Rows][dimension];
-    for (int a = 0; a < Rows; ++a) whiten(entries + static_cast<std::size_t>(dimension * a) * stride, stride, w, y[a]);
+    for (int a = 0; a < Rows; ++a) whiten(entries + static_cast<std::size_t>(dimension * a) * tile_size, w, y[a]);
     for (int a = 0, e = 0; a < Rows; ++a) {
       for (int b = a; b < Rows; ++b, ++e) products[e] = dot(y[a], y[b]);
     }
   } else {
     static_assert(form == three_rows, "all other forms are above");
-    const auto load = [=](std::size_t e) { return Floats::load_unaligned(entries + e * stride); };
     const auto fused = [](const Floats& x, const Floats& y, const Floats& z) { return multiply_add(x, y, z); };
     products_of_whitened<Rows>(load, w, fused, products);
   }
@@ -187,7 +179,7 @@ Evaluated evaluate_listed(const Tiles& tiles, const float* w, const Tile* list, 
     Floats highest_of_tile(-1.0F);
     for (std::size_t lane = 0; lane < tile_size; lane += float_lanes) {
       Floats products[rows * (rows + 1) / 2];
-      multiply_by_transpose<form>(tiles.data + tile * tiles.tile_stride + lane, tiles.entry_stride, w, products);
+      multiply_by_transpose<form>(tiles.data + tile * (entries_of(form) * tile_size) + lane, w, products);
       const std::size_t at = tile * tile_size + lane;
       const auto remains = Floats::load_unaligned(tiles.remaining + at) > Floats(0.0F);
       const Floats clamped = xsimd::max(relative_gain_by_minors<rows>(products), Floats(0.0F));  // may have cancelled

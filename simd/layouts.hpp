@@ -76,13 +76,10 @@ constexpr std::size_t plane_of(Form form, std::size_t entry) {
 /// Floats from one record to the next: a candidate's entries together, padded to a multiple of four.
 constexpr std::size_t record_size(Form form) { return (entries_of(form) + 3) / 4 * 4; }
 
-/// Candidates by tiles. Entry e (of a form) of lane l of tile t is at data[t * tile_stride + e * entry_stride + l]: the
-/// planes of a store as they are (not if it is factored), or a copy in which each tile is contiguous. All arrays hold
-/// whole tiles.
+/// Candidates by tiles: entry e of lane l of tile t is at data[(entries_of(form) * t + e) * tile_size + l]. All arrays
+/// hold whole tiles.
 struct Tiles {
   const float* data;
-  std::size_t tile_stride;
-  std::size_t entry_stride;
   std::size_t count;
   const float* remaining;        ///< per lane: 1 where there is a candidate that remains, else 0
   const unsigned char* in_each;  ///< per tile: how many remain

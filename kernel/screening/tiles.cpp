@@ -29,33 +29,27 @@ TileLayout::TileLayout(std::size_t capacity)
       bucket_of_tile_(padded(capacity) / tile_size),
       first_in_bucket_(buckets + 1) {}
 
-void TileLayout::use_tiles(const float* data, std::size_t tile_stride, std::size_t entry_stride,
-                           std::size_t count) noexcept {
-  tiles_ = {data, tile_stride, entry_stride, tiles_of(count), remaining_.data(), in_each_.data()};
-}
-
-// Copies the candidates in their order to tiles, in the layout of gather(); reads up to the next multiple of 16.
+// Copies a plane's part in each tile; reads up to the next multiple of 16 candidates.
 void TileLayout::pack() noexcept {
   const std::size_t entries = simd::entries_of(candidates_->form);
-  for (std::size_t lane = 0; lane < candidates_->count; lane += tile_size) {
-    for (std::size_t e = 0; e < entries; ++e) {
-      const float* const plane =
-          candidates_->planes.data + simd::plane_of(candidates_->form, e) * candidates_->planes.stride + lane;
-      std::copy_n(plane, tile_size, packed_ + lane * entries + e * tile_size);
-    }
+  for (std::size_t e = 0; e < entries; ++e) {
+    const float* const plane =
+        candidates_->planes.data + simd::plane_of(candidates_->form, e) * candidates_->planes.stride;
+    for (std::size_t tile = 0; tile < tiles_.count; ++tile)
+      std::copy_n(plane + tile * tile_size, tile_size, packed_ + (entries * tile + e) * tile_size);
   }
+}
+
+void TileLayout::use_tiles(std::size_t count) noexcept {
+  tiles_ = {packed_, tiles_of(count), remaining_.data(), in_each_.data()};
 }
 
 void TileLayout::use_store(const unsigned char* free) noexcept {
   const std::size_t n = candidates_->count;
   is_store_order_ = true;
   is_ordered_ = are_lanes_known_ = false;
-  if (candidates_->form == simd::factored) {
-    pack();
-    use_tiles(packed_, tile_size * simd::entries_of(candidates_->form), tile_size, n);
-  } else {
-    use_tiles(candidates_->planes.data, tile_size, candidates_->planes.stride, n);
-  }
+  use_tiles(n);
+  pack();
   for (std::size_t i = 0; i < lanes(); ++i) candidate_.data()[i] = static_cast<Index>(i);
   float* const remaining = remaining_.data();
   for (std::size_t i = 0; i < n; ++i) remaining[i] = free[i] != 0 ? 1.0F : 0.0F;
@@ -81,7 +75,7 @@ void TileLayout::use_listed(const Index* listed, std::size_t count) noexcept {
 // The tiles of the first `count` lanes' candidates, all of which remain; the last tile is filled with copies.
 void TileLayout::pack_listed(std::size_t count) noexcept {
   is_store_order_ = false;
-  use_tiles(packed_, tile_size * simd::entries_of(candidates_->form), tile_size, count);
+  use_tiles(count);
   Index* const candidate = candidate_.data();
   if (count < lanes()) std::fill(candidate + count, candidate + lanes(), candidate[count - 1]);
   functions().gather(records_, candidate, lanes(), packed_);

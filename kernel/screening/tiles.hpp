@@ -33,7 +33,7 @@ class TileLayout {
 
   /// Lays out these candidates from here on.
   void start(const Candidates& candidates) noexcept { candidates_ = &candidates; }
-  /// All candidates in the order of the store, not copied unless factored; free[i] == 0 excludes i.
+  /// Copies all candidates in the order of the store; free[i] == 0 excludes i.
   void use_store(const unsigned char* free) noexcept;
 
   /// Prepares use_listed().
@@ -82,7 +82,7 @@ class TileLayout {
 
   const simd::LayoutFunctions& functions() const noexcept { return candidates_->kernel->layouts[candidates_->form]; }
   void pack() noexcept;
-  void use_tiles(const float* data, std::size_t tile_stride, std::size_t entry_stride, std::size_t count) noexcept;
+  void use_tiles(std::size_t count) noexcept;
   void pack_listed(std::size_t count) noexcept;
 
   const Candidates* candidates_ = nullptr;
@@ -92,7 +92,7 @@ class TileLayout {
   bool are_lanes_known_ = false;
 
   AlignedArray<float> records_;                  // the entries of each candidate together, to gather from
-  AlignedArray<float> packed_;                   // tiles of rearranged candidates
+  AlignedArray<float> packed_;                   // the tiles
   ArrayOf<Lane, Index> candidate_;               // the candidate in each lane
   ArrayOf<Lane, float> remaining_;               // 1 where a candidate remains, else 0
   ArrayOf<Tile, unsigned char> in_each_;         // the number of candidates that remain
