@@ -86,31 +86,6 @@ inline void add_products(const Floats (&y)[3], int c, Floats (&products)[6]) {
 
 static_assert(tile_size % float_lanes == 0, "a tile is a number of packs");
 
-// y = h W^T for one row of a pack of candidates: entry c is the dot product with row c of the lower triangle W.
-inline void whiten(const float* entries, const float* w, Floats (&y)[dimension]) {
-  Floats h[dimension];
-#pragma GCC unroll 6
-  for (int d = 0; d < dimension; ++d) h[d] = Floats::load_unaligned(entries + static_cast<std::size_t>(d) * tile_size);
-#pragma GCC unroll 6
-  for (int c = 0; c < dimension; ++c) y[c] = Floats(w[padded_dimension * c]) * h[0];
-#pragma GCC unroll 6
-  for (int d = 1; d < dimension; ++d) {
-#pragma GCC unroll 6
-    for (int c = d; c < dimension; ++c) y[c] = multiply_add(Floats(w[padded_dimension * c + d]), h[d], y[c]);
-  }
-}
-
-inline Floats dot(const Floats (&a)[dimension], const Floats (&b)[dimension]) {
-  Floats even = a[0] * b[0];
-  Floats odd = a[1] * b[1];
-#pragma GCC unroll 6
-  for (int d = 2; d < dimension; d += 2) {
-    even = multiply_add(a[d], b[d], even);
-    odd = multiply_add(a[d + 1], b[d + 1], odd);
-  }
-  return even + odd;
-}
-
 // Y Y^T, entries (a, b), a <= b, row by row.
 template <Form form, int Rows = rows_of(form)>
 inline void multiply_by_transpose(const float* entries, const float* w, Floats (&products)[Rows * (Rows + 1) / 2]) {
@@ -123,14 +98,7 @@ inline void multiply_by_transpose(const float* entries, const float* w, Floats (
       whiten_column(block, w, c, y);
       add_products(y, c, products);
     }
-  } else if constexpr (Rows < 3) {
-    Floats y[Rows][dimension];
-    for (int a = 0; a < Rows; ++a) whiten(entries + static_cast<std::size_t>(dimension * a) * tile_size, w, y[a]);
-    for (int a = 0, e = 0; a < Rows; ++a) {
-      for (int b = a; b < Rows; ++b, ++e) products[e] = dot(y[a], y[b]);
-    }
   } else {
-    static_assert(form == three_rows, "all other forms are above");
     const auto fused = [](const Floats& x, const Floats& y, const Floats& z) { return multiply_add(x, y, z); };
     products_of_whitened<Rows>(load, w, fused, products);
   }
