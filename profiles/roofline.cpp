@@ -124,7 +124,7 @@ Measurement loads() {
 }
 
 // The arithmetic of one gain in float32. Y = H W^T takes 6 products and 15 fused multiply-adds per row; a dot product
-// of two rows takes 2, 4 and an addition, with three rows 1 and 5; the relative gain takes what relative_gain_by_minors
+// of two rows takes 1 and 5; the relative gain takes what relative_gain_by_minors
 // in simd/gains.inl does. A fused multiply-add counts as 2 flops and 1 vector operation, a division as 1; conversions,
 // loads and comparisons do not count.
 struct Arithmetic {
@@ -135,7 +135,7 @@ struct Arithmetic {
   // Read and written: the entries of a block, whether it remains, and the gain.
   double bytes() const { return static_cast<double>(static_cast<std::size_t>(6 * rows + 2) * sizeof(float)); }
 };
-constexpr Arithmetic arithmetics[] = {{2, 110, 66}, {3, 200, 118}};
+constexpr Arithmetic arithmetics[] = {{2, 110, 63}, {3, 200, 118}};
 
 // Evaluates the gains of all candidates, in the middle of a selection.
 class FullRound {
@@ -148,32 +148,44 @@ class FullRound {
     }
     const sim::Frame frame = make_scene(sim::Scene::euroc_like, candidates, 1);
     const DepthCue depth_cue = rows == 3 ? DepthCue::stereo : DepthCue::none;
-    build_blocks(frame, feature_matches(frame, depth_cue), BlockOptions(), blocks_);
+    BlockStore blocks(candidates);
+    build_blocks(frame, feature_matches(frame, depth_cue), BlockOptions(), blocks);
     for (std::size_t i = 0; i < tiles_.size(); ++i) tiles_[i] = static_cast<Tile>(i);
+    fill_tiles(blocks);
     InformationFactor factor;
     double prior[simd::dimension * simd::dimension] = {};
     for (std::size_t i = 0; i < std::size(prior); i += simd::dimension + 1) prior[i] = 1e-5;  // weak
     factor.reset(prior);
     for (std::size_t selected = 0; selected < 50; ++selected) {
       double h[max_block_rows][state_dimension];
-      Candidates(blocks_, *kernel_).read_rows(static_cast<Index>(selected), h);
+      Candidates(blocks, *kernel_).read_rows(static_cast<Index>(selected), h);
       factor.add_block(*kernel_, h, rows);
     }
     for (std::size_t i = 0; i < std::size(w_); ++i) w_[i] = static_cast<float>(factor.inverse()[i]);
   }
 
   void operator()() noexcept {
-    const simd::Tiles tiles{blocks_.planes(), simd::tile_size,   blocks_.stride(),
-                            in_each_.size(),  remaining_.data(), in_each_.data()};
+    const simd::Tiles tiles{entries_.data(), in_each_.size(), remaining_.data(), in_each_.data()};
     const simd::RoundArrays arrays{nullptr, highest_.data(), relative_gains_.data(), nullptr};
-    kernel_->rounds[rows_ - 1].evaluate(tiles, w_, tiles_.data(), tiles_.size(), arrays);
+    kernel_->evaluate[rows_ - 1](tiles, w_, tiles_.data(), tiles_.size(), arrays);
   }
 
  private:
+  void fill_tiles(const BlockStore& blocks) {
+    const simd::Form form = simd::form_of_rows(rows_);
+    const simd::LayoutFunctions& layout = kernel_->layouts[form];
+    std::vector<float> records(candidates * simd::record_size(form));
+    layout.make_records({blocks.planes(), blocks.stride()}, candidates, records.data());
+    std::vector<Index> all(candidates);
+    for (std::size_t i = 0; i < candidates; ++i) all[i] = static_cast<Index>(i);
+    entries_.resize(candidates * simd::entries_of(form));
+    layout.gather(records.data(), all.data(), candidates, entries_.data());
+  }
+
   static constexpr std::size_t tile_count = candidates / simd::tile_size;
   int rows_;
   const simd::Kernel* kernel_ = nullptr;
-  BlockStore blocks_ = BlockStore(candidates);
+  std::vector<float> entries_;
   float w_[simd::dimension * simd::padded_dimension];
   std::vector<float> remaining_ = std::vector<float>(candidates, 1.0F);
   std::vector<float> relative_gains_ = std::vector<float>(candidates);

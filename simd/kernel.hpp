@@ -3,11 +3,12 @@
 
 #include "simd/alignment.hpp"
 #include "simd/blocks.hpp"
+#include "simd/gain_filter.hpp"
 #include "simd/layouts.hpp"
-#include "simd/round.hpp"
 
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 
 // The functions that an instruction set offers, by parts. Raw pointers in, raw pointers out: besides the headers of
 // this folder, a per-ISA translation unit shares with the rest only what is inlined or has internal linkage, so that
@@ -22,7 +23,26 @@ namespace maxlogdet::simd {
 /// numbers to zero: error bounds take the entries of W as at least this large.
 constexpr double smallest_entry = 1.9721522630525295e-31;
 
-/// What a step has evaluated: the largest value found, -1 if none, and how many candidates.
+/// The arrays that a round reads and writes. All hold whole registers.
+struct RoundArrays {
+  float* bounds;   ///< per tile: its stale bound; no exact relative gain in it exceeds this (but for the drift)
+  float* highest;  ///< per tile: the maximum of `gains` when last evaluated
+  float* gains;    ///< per lane: the relative gain when last evaluated, in float32 or rounded to it; -1: none there
+  Tile* list;      ///< scratch: tiles to evaluate
+};
+
+/// Nothing is evaluated: NaN, which no bound reaches.
+constexpr float nothing_evaluated = std::numeric_limits<float>::quiet_NaN();
+
+/// What a round knows (docs/architecture.md).
+struct Round {
+  RoundArrays arrays;
+  GainFilter filter;
+  float evaluated_from = nothing_evaluated;  ///< just the tiles of at least this stale bound are evaluated
+  double assured = -1;                       ///< a lower bound of the largest exact relative gain
+};
+
+/// What a call has evaluated: the largest value found, -1 if none, and how many candidates.
 struct Evaluated {
   float best;
   std::size_t count;
@@ -34,16 +54,10 @@ struct BlocksOfLanes {
   const Index* candidate;
 };
 
-/// Rounds in float32 (simd/round.hpp), per form; W rounded to float32. Fused multiply-adds, if the instruction set has
-/// them.
-struct RoundFunctions {
-  /// Evaluates det(I + Y Y^T) - 1 in the tiles listed: `gains` and `highest` of `arrays`.
-  Evaluated (*evaluate)(const Tiles& tiles, const float* w, const Tile* list, std::size_t count,
-                        const RoundArrays& arrays);
-
-  /// A whole round on the calling thread: prove_best and survivors.
-  std::size_t (*run)(const Tiles& tiles, const float* w, Round& round, Lane* survivors);
-};
+/// Evaluates det(I + Y Y^T) - 1 in float32 in the tiles listed, with W rounded to float32, and fused multiply-adds if
+/// the instruction set has them: `gains` and `highest` of `arrays`.
+using EvaluateTiles = Evaluated (*)(const Tiles& tiles, const float* w, const Tile* list, std::size_t count,
+                                    const RoundArrays& arrays);
 
 /// The parts of a round that do not depend on the form.
 struct BoundFunctions {
@@ -118,7 +132,7 @@ struct Kernel {
   BuildBlocks build_blocks;  ///< from matches to blocks, see simd/blocks.hpp
   AlignmentFunctions alignment;
   LayoutFunctions layouts[forms];
-  RoundFunctions rounds[forms];
+  EvaluateTiles evaluate[forms];
   BoundFunctions bounds;
   ExactFunctions exact[3];  ///< [rows - 1]
   FactorFunctions factor;

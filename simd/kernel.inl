@@ -55,10 +55,6 @@ template <Form form>
 constexpr LayoutFunctions layout_functions() {
   return {make_records<form>, gather<form>};
 }
-template <Form form>
-constexpr RoundFunctions round_functions() {
-  return {evaluate_listed<form>, run_round<form>};
-}
 template <int Rows>
 constexpr ExactFunctions exact_functions() {
   return {decide<Rows>, evaluate_in_float64<Rows>, traces<Rows>};
@@ -67,16 +63,16 @@ constexpr ExactFunctions exact_functions() {
 }  // namespace
 
 extern const Kernel MAXLOGDET_KERNEL;
-const Kernel MAXLOGDET_KERNEL = {MAXLOGDET_ISA_NAME,
-                                 build_blocks,
-                                 {whiten_matches, measure_leverage, measure_errors, count_third, add_normal_equations},
-                                 {layout_functions<one_row>(), layout_functions<two_rows>(),
-                                  layout_functions<three_rows>(), layout_functions<factored>()},
-                                 {round_functions<one_row>(), round_functions<two_rows>(),
-                                  round_functions<three_rows>(), round_functions<factored>()},
-                                 {list_survivors, keep_bounds, highest_unevaluated},
-                                 {exact_functions<1>(), exact_functions<2>(), exact_functions<3>()},
-                                 {add_rows},
-                                 {list_tiles, largest, measure_sizes, median}};
+const Kernel MAXLOGDET_KERNEL = {
+    MAXLOGDET_ISA_NAME,
+    build_blocks,
+    {whiten_matches, measure_leverage, measure_errors, count_third, add_normal_equations},
+    {layout_functions<one_row>(), layout_functions<two_rows>(), layout_functions<three_rows>(),
+     layout_functions<factored>()},
+    {evaluate_listed<one_row>, evaluate_listed<two_rows>, evaluate_listed<three_rows>, evaluate_listed<factored>},
+    {list_survivors, keep_bounds, highest_unevaluated},
+    {exact_functions<1>(), exact_functions<2>(), exact_functions<3>()},
+    {add_rows},
+    {list_tiles, largest, measure_sizes, median}};
 
 }  // namespace maxlogdet::simd

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// A round: which tiles to evaluate, who survives, and what is kept for later rounds.
+// The end of a round: who survives, and what is kept for later rounds.
 
 namespace maxlogdet::simd {
 namespace {
@@ -52,31 +52,6 @@ float highest_unevaluated(const Tiles& tiles, const Round& round) {
     highest_bound = xsimd::max(highest_bound, xsimd::select(is_evaluated, Floats(any_candidate), bound));
   }
   return largest_lane(highest_bound);
-}
-
-// The steps of a round for one candidate, on one thread, in float32: all in this unit, so that they are inlined.
-template <Form form>
-struct InlinedSteps {
-  const Tiles& tiles;
-  const float* w;
-  float found;  // the largest gain
-
-  float best() const { return found; }
-  float highest_left(const Round& round) const { return highest_unevaluated(tiles, round); }
-  void evaluate(Round& round, float from) {
-    const std::size_t count =
-        list_tiles(round.arrays.bounds, tiles.count, from, round.evaluated_from, round.arrays.list);
-    const Evaluated evaluated = evaluate_listed<form>(tiles, w, round.arrays.list, count, round.arrays);
-    round.evaluations += evaluated.count;
-    found = evaluated.best > found ? evaluated.best : found;
-  }
-};
-
-template <Form form>
-std::size_t run_round(const Tiles& tiles, const float* w, Round& round, Lane* survivors) {
-  InlinedSteps<form> steps{tiles, w, -1};
-  prove_best(round, steps);
-  return list_survivors(tiles, round, survivors);
 }
 
 }  // namespace

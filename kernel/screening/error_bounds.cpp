@@ -52,22 +52,21 @@ bool ErrorBounds::still_hold(bool may_last, float highest) const noexcept {
 }
 
 void ErrorBounds::begin_round(const InformationFactor& factor, bool may_last, float highest, double expected,
-                              simd::Round& round) noexcept {
+                              simd::GainFilter& filter) noexcept {
   const double f = factor.relative_error();
   drift_ = f < hopeless_error ? drift_of_error * rows_ * f : infinity;
-  round.drift = drift_;
   // Once the error is small, the wider bound of an earlier round suffices.
   may_last = may_last && !in_float64_ && is_small() && drift_ < small_drift;
   if (still_hold(may_last, highest)) return;
   is_lasting_ = may_last;
   bound_rows(factor);
   tighten(highest);
-  round.filter = filter_at(std::max(0.0, expected));
+  filter = filter_at(std::max(0.0, expected));
 }
 
-void ErrorBounds::use_float64(simd::Round& round) noexcept {
+void ErrorBounds::use_float64(simd::GainFilter& filter) noexcept {
   in_float64_ = true;
-  round.filter = filter_at(round.filter.tangent);
+  filter = filter_at(filter.tangent);
 }
 
 double ErrorBounds::row_error() const noexcept {

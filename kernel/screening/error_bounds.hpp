@@ -18,15 +18,17 @@ class ErrorBounds {
 
   /// Discards bounds of earlier rounds, which hold only while candidates are removed and information increases.
   void forget() noexcept { in_float64_ = is_lasting_ = false; }
-  /// Sets the filter and the drift of a round with this information. `may_last`: from here on candidates are only
+  /// Sets the filter of a round with this information. `may_last`: from here on candidates are only
   /// removed, so that bounds may serve later rounds; `highest`: an upper bound of every exact relative gain, +infinity
   /// if none is known; `expected`: about the best relative gain.
   void begin_round(const InformationFactor& factor, bool may_last, float highest, double expected,
-                   simd::Round& round) noexcept;
+                   simd::GainFilter& filter) noexcept;
 
   bool in_float64() const noexcept { return in_float64_; }
+  /// (1 - drift) (1 + an exact relative gain) is at most 1 + the stale bound of its tile.
+  double drift() const noexcept { return drift_; }
   /// From this round on, until the error bound of float32 is small.
-  void use_float64(simd::Round& round) noexcept;
+  void use_float64(simd::GainFilter& filter) noexcept;
 
  private:
   bool is_small() const noexcept;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <limits>
 
 namespace maxlogdet {
 
@@ -33,6 +34,7 @@ void Screening::start(const Candidates& candidates) noexcept {
   errors_ = ErrorBounds(candidates.form, candidates.largest_of_form);
   round_ = simd::Round();
   round_.arrays = {bounds_.data(), highest_.data(), gains_.data(), list_};
+  evaluations_ = 0;
   expected_share_ = 0.9;
 }
 
@@ -72,8 +74,8 @@ void Screening::order_by_gain() noexcept {
 // Nothing is evaluated yet.
 void Screening::reset_round() noexcept {
   round_.evaluated_from = simd::nothing_evaluated;
-  round_.best = -1;
   round_.assured = -1;
+  best_ = -1;
 }
 
 void Screening::begin_round(const InformationFactor& factor) noexcept {
@@ -87,17 +89,17 @@ void Screening::begin_round(const InformationFactor& factor) noexcept {
   factor_ = &factor;
   // A share of the highest bound slightly below that expected of the best relative gain: in two rounds of three no
   // other tile is needed.
-  round_.share = static_cast<float>(std::max(0.25, 1.25 * expected_share_ - 0.25));
-  round_.guess = first_guess();
+  share_ = static_cast<float>(std::max(0.25, 1.25 * expected_share_ - 0.25));
+  guess_ = first_guess();
   reset_round();
   const double expected = highest_bound_ < float_infinity ? expected_share_ * static_cast<double>(highest_bound_) : 0;
-  errors_.begin_round(factor, tiles_.is_ordered(), highest_bound_, expected, round_);
+  errors_.begin_round(factor, tiles_.is_ordered(), highest_bound_, expected, round_.filter);
 }
 
 // Where to begin: about speed alone, as whatever is missed is evaluated afterwards.
 float Screening::first_guess() const noexcept {
   if (!tiles_.is_ordered()) return any_candidate;
-  return highest_bound_ < float_infinity ? round_.share * highest_bound_ : float_infinity;
+  return highest_bound_ < float_infinity ? share_ * highest_bound_ : float_infinity;
 }
 
 // The one loop of a selection that threads share: evaluates the tiles listed. Promising tiles are adjacent in the list
@@ -110,7 +112,7 @@ simd::Evaluated Screening::evaluate(const Tile* list, std::size_t count) noexcep
       count, in_float64 ? min_exact_tiles : min_tiles, [&](std::size_t first, std::size_t size, std::uint32_t chunk) {
         parts[chunk] = in_float64 ? candidates_->exact().evaluate(tiles_.tiles(), tiles_.blocks(), factor_->inverse(),
                                                                   list + first, size, round_.arrays)
-                                  : candidates_->kernel->rounds[candidates_->form].evaluate(
+                                  : candidates_->kernel->evaluate[candidates_->form](
                                         tiles_.tiles(), factor_->narrow_inverse(), list + first, size, round_.arrays);
       });
   simd::Evaluated all = parts[0];
@@ -121,31 +123,30 @@ simd::Evaluated Screening::evaluate(const Tile* list, std::size_t count) noexcep
   return all;
 }
 
-// The steps of simd::prove_best where they are not inlined into one kernel: with several threads, or in float64.
-struct Screening::Steps {
-  Screening& screening;
-  float found = -1;
-
-  float best() const noexcept { return found; }
-  float highest_left(const simd::Round& round) const noexcept {
-    return screening.candidates_->kernel->bounds.highest_unevaluated(screening.tiles_.tiles(), round);
+// Evaluates until no tile that is left out may hold the best.
+void Screening::prove_best() noexcept {
+  const simd::RoundArrays& arrays = round_.arrays;
+  float needed = guess_;
+  while (!(needed >= round_.evaluated_from)) {  // at first nothing is evaluated, which is NaN
+    const std::size_t count = candidates_->kernel->arrays.list_tiles(arrays.bounds, tiles_.tiles().count, needed,
+                                                                     round_.evaluated_from, arrays.list);
+    const simd::Evaluated found = evaluate(arrays.list, count);
+    round_.evaluated_from = needed;
+    evaluations_ += found.count;
+    best_ = std::max(best_, std::min(found.best, std::numeric_limits<float>::max()));
+    if (best_ < 0) {
+      needed = share_ * candidates_->kernel->bounds.highest_unevaluated(tiles_.tiles(), round_);
+      continue;
+    }
+    round_.filter.follow(best_);
+    round_.assured = round_.filter.at_least(best_);
+    needed = simd::stale_threshold(round_.assured, errors_.drift());
   }
-  void evaluate(simd::Round& round, float from) noexcept {
-    const std::size_t count = screening.candidates_->kernel->arrays.list_tiles(
-        round.arrays.bounds, screening.tiles_.tiles().count, from, round.evaluated_from, round.arrays.list);
-    const simd::Evaluated evaluated = screening.evaluate(round.arrays.list, count);
-    round.evaluations += evaluated.count;
-    found = std::max(found, evaluated.best);
-  }
-};
+}
 
 // Evaluates what may hold the best, and lists what survives.
 std::size_t Screening::find(Lane* lanes) noexcept {
-  if (!errors_.in_float64() && team_.workers() == 1) {
-    return candidates_->kernel->rounds[candidates_->form].run(tiles_.tiles(), factor_->narrow_inverse(), round_, lanes);
-  }
-  Steps steps{*this};
-  simd::prove_best(round_, steps);
+  prove_best();
   return candidates_->kernel->bounds.list_survivors(tiles_.tiles(), round_, lanes);
 }
 
@@ -155,10 +156,10 @@ std::size_t Screening::survivors(Lane* lanes) noexcept {
   if (found <= many_survivors) return found;
   found = drop_copies(lanes, found);
   if (found <= many_survivors || errors_.in_float64()) return found;
-  const std::size_t evaluations = round_.evaluations;
+  const std::size_t evaluations = evaluations_;
   use_float64();
   found = find(lanes);
-  round_.evaluations = evaluations;  // the same candidates count once
+  evaluations_ = evaluations;  // the same candidates count once
   return drop_copies(lanes, found);
 }
 
@@ -176,8 +177,8 @@ std::size_t Screening::drop_copies(Lane* lanes, std::size_t count) const noexcep
 // Called where one bound for all candidates excludes too few of them: what it has excluded stays so.
 void Screening::use_float64() noexcept {
   if (tiles_.is_ordered()) keep_bounds();
-  round_.guess = tiles_.is_ordered() ? simd::stale_threshold(round_.assured, 0) : any_candidate;
-  errors_.use_float64(round_);
+  guess_ = tiles_.is_ordered() ? simd::stale_threshold(round_.assured, 0) : any_candidate;
+  errors_.use_float64(round_.filter);
   reset_round();
 }
 
@@ -187,9 +188,9 @@ void Screening::end_round() noexcept {
   assert(is_open_);
   is_open_ = false;
   if (!tiles_.is_ordered()) return;
-  if (round_.best > 0 && highest_bound_ > 0 && highest_bound_ < float_infinity) {
+  if (best_ > 0 && highest_bound_ > 0 && highest_bound_ < float_infinity) {
     // The next round should start as low.
-    const double found = std::min(1.0, static_cast<double>(round_.best) / static_cast<double>(highest_bound_));
+    const double found = std::min(1.0, static_cast<double>(best_) / static_cast<double>(highest_bound_));
     expected_share_ += 0.5 * (found - expected_share_);
   }
   keep_bounds();

@@ -60,14 +60,13 @@ class Screening {
   float bound(Tile tile) const noexcept { return bounds_[tile]; }
 
   /// Gains evaluated so far.
-  std::size_t evaluations() const noexcept { return round_.evaluations; }
+  std::size_t evaluations() const noexcept { return evaluations_; }
 
  private:
-  struct Steps;
-
   void forget() noexcept;
   void keep_bounds() noexcept;
   void reset_round() noexcept;
+  void prove_best() noexcept;
   std::size_t find(Lane* lanes) noexcept;
   simd::Evaluated evaluate(const Tile* list, std::size_t count) noexcept;
   float first_guess() const noexcept;
@@ -86,6 +85,10 @@ class Screening {
   const InformationFactor* factor_ = nullptr;  // of the round
   bool is_open_ = false;                       // within a round
   double last_norm_ = infinity;                // of W in the round before, to be asserted
+  float best_ = -1;                            // the largest value evaluated in the round; below 0 if there is none
+  float share_ = 1;                            // about speed alone: what share of the highest bound it may have
+  float guess_ = -1;                           // the stale bound to begin at, while no best is known
+  std::size_t evaluations_ = 0;
   float highest_bound_ = float_infinity;
   double expected_share_ = 0;  // predicted ratio of a round's best relative gain to its highest bound
 };

@@ -175,7 +175,7 @@ TEST(Isa, lists_survivors_and_bounds_of_a_round_are_exact_on_all) {
       kept.push_back(is_evaluated ? round.filter.line_of_tiles().at(highest[tile]) : bound);
       if (!is_evaluated) highest_left = std::max(highest_left, bound);
     }
-    const simd::Tiles tiles{nullptr, 0, 0, tile_count, nullptr, nullptr};
+    const simd::Tiles tiles{nullptr, tile_count, nullptr, nullptr};
     for (const simd::Kernel* const kernel : supported_kernels()) {
       SCOPED_TRACE(kernel->isa);
       std::vector<float> own = bounds;
