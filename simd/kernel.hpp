@@ -61,7 +61,7 @@ using EvaluateTiles = Evaluated (*)(const Tiles& tiles, const float* w, const Ti
 
 /// The parts of a round that do not depend on the form.
 struct BoundFunctions {
-  /// Lists the lanes of evaluated tiles that may hold the best, and returns how many. Up to 16 more may be written.
+  /// Lists the lanes of evaluated tiles that may hold the best, and returns how many.
   std::size_t (*list_survivors)(const Tiles& tiles, const Round& round, Lane* lanes);
 
   /// Makes the maxima of the evaluated tiles their stale bounds, and returns the largest of all.
@@ -112,7 +112,7 @@ constexpr std::uint32_t rounded_bits = 11;
 /// Plain arrays of float32.
 struct ArrayFunctions {
   /// Lists the positions in [0, count) with lower <= values[i] < upper, in order; returns how many. No value reaches an
-  /// `upper` of NaN. Reads up to the next multiple of 16; up to 16 more than are listed may be written.
+  /// `upper` of NaN. Reads up to the next multiple of 16.
   std::size_t (*list_tiles)(const float* values, std::size_t count, float lower, float upper, Tile* list);
 
   /// The largest of -1 and values[0 .. count).

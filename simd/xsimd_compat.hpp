@@ -35,15 +35,6 @@ inline TwoDoubles pair(double first, double second) { return TwoDoubles{first, s
 // lane_mask: bit i is lane i. multiply_add: x y + z, and minus_product: z - x y, rounded once where the instruction set
 // can (AVX2, AVX-512, NEON) and twice on SSE2: for values with an error bound, not for those that must be the same bits
 // everywhere.
-#if XSIMD_VERSION_MAJOR >= 14
-template <class Number>
-inline std::uint32_t lane_mask(const xsimd::batch_bool<Number>& condition) {
-  return static_cast<std::uint32_t>(condition.mask());
-}
-inline Floats multiply_add(const Floats& x, const Floats& y, const Floats& z) { return xsimd::fma(x, y, z); }
-inline Doubles multiply_add(const Doubles& x, const Doubles& y, const Doubles& z) { return xsimd::fma(x, y, z); }
-inline Floats minus_product(const Floats& x, const Floats& y, const Floats& z) { return xsimd::fnma(x, y, z); }
-#else
 inline std::uint32_t lane_mask(const Floats::batch_bool_type& condition) {
 #if defined(__AVX512F__)
   const __mmask16 mask = condition;
@@ -93,7 +84,6 @@ inline Floats minus_product(const Floats& x, const Floats& y, const Floats& z) {
   return xsimd::fnma(x, y, z);
 #endif
 }
-#endif
 
 // The largest of all lanes, none of which is NaN. xsimd::reduce_max of 14 is 3 instructions longer on AVX2, 1 % of a
 // greedy selection.
@@ -114,32 +104,17 @@ inline float largest_lane(const Floats& x) {
 #endif
 }
 
-// Writes first + i for every lane i that is true, in order, and returns how many; up to a whole pack is written.
+// Writes first + i for every lane i that is true, in order, and returns how many.
 // `Number` is an enumeration of 32 bits.
 template <class Number>
 inline std::size_t list_lanes(const Floats::batch_bool_type& condition, Number first, Number* list) {
   static_assert(sizeof(Number) == sizeof(std::uint32_t), "lists are of 32 bits");
-  std::uint32_t bits = lane_mask(condition);
-#if defined(__AVX512F__)
-  if (bits == 0) return 0;  // as usual
-  const __m512i lanes = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
-  const __m512i numbers = _mm512_add_epi32(lanes, _mm512_set1_epi32(static_cast<int>(first)));
-  _mm512_storeu_si512(list, _mm512_maskz_compress_epi32(static_cast<__mmask16>(bits), numbers));
-  return static_cast<std::size_t>(__builtin_popcount(bits));
-#else
-  constexpr std::uint32_t all = (std::uint32_t{1} << Floats::size) - 1;
-  if (bits == all) {  // as where every tile is evaluated
-    for (std::uint32_t i = 0; i < Floats::size; ++i)
-      list[i] = static_cast<Number>(static_cast<std::uint32_t>(first) + i);
-    return Floats::size;
-  }
   std::size_t found = 0;
-  for (; bits != 0; bits &= bits - 1) {
-    list[found++] =
-        static_cast<Number>(static_cast<std::uint32_t>(first) + static_cast<std::uint32_t>(__builtin_ctz(bits)));
+  for (std::uint32_t bits = lane_mask(condition); bits != 0; bits &= bits - 1) {
+    const std::uint32_t lane = static_cast<std::uint32_t>(__builtin_ctz(bits));
+    list[found++] = static_cast<Number>(static_cast<std::uint32_t>(first) + lane);
   }
   return found;
-#endif
 }
 
 // Four floats each at pointers[0] + offset, [4], [8] ... + offset to consecutive parts of a pack, and back.
