@@ -2,7 +2,6 @@
 #include <maxlogdet/selector.hpp>
 
 #include "kernel/search/search.hpp"
-#include "kernel/search/strategies.hpp"
 
 #include <limits>
 

@@ -125,8 +125,7 @@ template <int Rows, class Load>
 inline Doubles gains_in_float64(const Planes& planes, const double* w, const Load& load) {
   Doubles products[Rows * (Rows + 1) / 2];
   const auto entry = [&](std::size_t e) { return load(planes.data + e * planes.stride); };
-  const auto fused = [](const Doubles& x, const Doubles& y, const Doubles& z) { return multiply_add(x, y, z); };
-  products_of_whitened<Rows>(entry, w, fused, products);
+  products_of_whitened<Rows>(entry, w, products);
   return xsimd::max(relative_gain_by_elimination<Rows>(products), Doubles(0.0));
 }
 

@@ -6,10 +6,9 @@ namespace maxlogdet::simd {
 namespace {
 
 // Y Y^T, its upper triangle by rows, with Y = H W^T, column by column of Y: a longer chain of dependent operations than
-// row by row, but half of the registers. `load(e)` is entry e of a pack of blocks; multiply_add(x, y, z) is x y + z.
-template <int Rows, class Pack, class Load, class Number, class MultiplyAdd>
-inline void products_of_whitened(const Load& load, const Number* w, const MultiplyAdd& multiply_add,
-                                 Pack (&products)[Rows * (Rows + 1) / 2]) {
+// row by row, but half of the registers. `load(e)` is entry e of a pack of blocks.
+template <int Rows, class Pack, class Load, class Number>
+inline void products_of_whitened(const Load& load, const Number* w, Pack (&products)[Rows * (Rows + 1) / 2]) {
   Pack h[Rows][dimension];
   for (int a = 0; a < Rows; ++a) {
     for (int d = 0; d < dimension; ++d) h[a][d] = load(static_cast<std::size_t>(dimension * a + d));
@@ -99,8 +98,7 @@ inline void multiply_by_transpose(const float* entries, const float* w, Floats (
       add_products(y, c, products);
     }
   } else {
-    const auto fused = [](const Floats& x, const Floats& y, const Floats& z) { return multiply_add(x, y, z); };
-    products_of_whitened<Rows>(load, w, fused, products);
+    products_of_whitened<Rows>(load, w, products);
   }
 }
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: MIT
-# The instruction sets: sets simd_isas, their names, and simd_rows, their rows of simd/isas.hpp.
+# The instruction sets: sets simd_isas, their names, from narrow to wide, and simd_rows, the rows of the list
+# MAXLOGDET_ISAS(X), X(name, whether this processor has all that it takes) for each.
 
 # maxlogdet_isa(NAME BASELINE FEATURE...): simd/kernel.inl is compiled for BASELINE and every FEATURE, as -march and -m name
 # them, and picked where the processor has them all. From the baseline up, so that an -march=native of a surrounding

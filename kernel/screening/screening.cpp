@@ -55,7 +55,6 @@ void Screening::forget() noexcept {
   std::fill_n(bounds, tiles_.tiles().count, float_infinity);
   std::fill(bounds + tiles_.tiles().count, bounds + tile_size * tiles_of(tiles_.tiles().count), -1.0F);
   highest_bound_ = float_infinity;
-  last_norm_ = infinity;
 }
 
 void Screening::order_by_gain() noexcept {
@@ -80,11 +79,6 @@ void Screening::reset_round() noexcept {
 
 void Screening::begin_round(const InformationFactor& factor) noexcept {
   assert(!is_open_);
-#ifndef NDEBUG  // while information only increases, |W|^2 = tr M^-1 only decreases
-  const double norm = factor.inverse_norm();
-  assert(!tiles_.is_ordered() || norm <= last_norm_ * (1 + 1e-6));
-  last_norm_ = norm;
-#endif
   is_open_ = true;
   factor_ = &factor;
   // A share of the highest bound slightly below that expected of the best relative gain: in two rounds of three no

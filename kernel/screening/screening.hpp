@@ -84,7 +84,6 @@ class Screening {
   AlignedArray<Tile> list_;
   const InformationFactor* factor_ = nullptr;  // of the round
   bool is_open_ = false;                       // within a round
-  double last_norm_ = infinity;                // of W in the round before, to be asserted
   float best_ = -1;                            // the largest value evaluated in the round; below 0 if there is none
   float share_ = 1;                            // about speed alone: what share of the highest bound it may have
   float guess_ = -1;                           // the stale bound to begin at, while no best is known

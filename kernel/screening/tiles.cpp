@@ -47,7 +47,7 @@ void TileLayout::use_tiles(std::size_t count) noexcept {
 void TileLayout::use_store(const unsigned char* free) noexcept {
   const std::size_t n = candidates_->count;
   is_store_order_ = true;
-  is_ordered_ = are_lanes_known_ = false;
+  is_ordered_ = false;
   use_tiles(n);
   pack();
   for (std::size_t i = 0; i < lanes(); ++i) candidate_.data()[i] = static_cast<Index>(i);
@@ -68,7 +68,7 @@ void TileLayout::make_records() noexcept {
 
 void TileLayout::use_listed(const Index* listed, std::size_t count) noexcept {
   std::copy_n(listed, count, candidate_.data());
-  is_ordered_ = are_lanes_known_ = false;
+  is_ordered_ = false;
   pack_listed(count);
 }
 
@@ -107,22 +107,15 @@ void TileLayout::order_by(const float* values, float top) noexcept {
   const std::size_t count = first[buckets];
   for (std::size_t lane = 0; lane < lanes(); ++lane) {
     const std::uint32_t position = first[bucket[lane]]++;
-    ordered_.data()[position] = candidate_.data()[lane];
+    const Index candidate = candidate_.data()[lane];
+    ordered_.data()[position] = candidate;
+    lane_[candidate] = static_cast<Lane>(position);
     if (position % tile_size == 0) bucket_of_tile_.data()[position / tile_size] = bucket[lane];
   }
   make_records();
   candidate_.swap(ordered_);
   is_ordered_ = true;
-  are_lanes_known_ = false;
   pack_listed(count);
-}
-
-void TileLayout::find_lanes() noexcept {
-  for (std::size_t i = 0; i < lanes(); ++i) {
-    const auto lane = static_cast<Lane>(i);
-    if (remains(lane)) lane_[candidate(lane)] = lane;
-  }
-  are_lanes_known_ = true;
 }
 
 Lane TileLayout::lane_of(Index candidate) const noexcept {

@@ -51,11 +51,8 @@ class TileLayout {
     return float_of(bits_of(top) - static_cast<std::int32_t>(bucket_of_tile_[tile]) * (1 << bucket_shift));
   }
 
-  /// Prepares lane_of() for an ordered layout.
-  void find_lanes() noexcept;
-
-  /// Whether lane_of() may be asked: in the order of the store, or after find_lanes().
-  bool has_lane_of() const noexcept { return is_store_order_ || are_lanes_known_; }
+  /// Whether lane_of() may be asked: not of a list.
+  bool has_lane_of() const noexcept { return is_store_order_ || is_ordered_; }
   bool is_ordered() const noexcept { return is_ordered_; }
 
   const simd::Tiles& tiles() const noexcept { return tiles_; }
@@ -89,14 +86,13 @@ class TileLayout {
   simd::Tiles tiles_{};
   bool is_store_order_ = true;
   bool is_ordered_ = false;
-  bool are_lanes_known_ = false;
 
   AlignedArray<float> records_;                  // the entries of each candidate together, to gather from
   AlignedArray<float> packed_;                   // the tiles
   ArrayOf<Lane, Index> candidate_;               // the candidate in each lane
   ArrayOf<Lane, float> remaining_;               // 1 where a candidate remains, else 0
   ArrayOf<Tile, unsigned char> in_each_;         // the number of candidates that remain
-  ArrayOf<Index, Lane> lane_;                    // where each candidate is, if find_lanes() was called
+  ArrayOf<Index, Lane> lane_;                    // where each candidate is, once ordered
   ArrayOf<Lane, std::uint32_t> bucket_;          // of order_by(): of each lane, before
   ArrayOf<Lane, Index> ordered_;                 // in the new order; those that do not remain come last
   ArrayOf<Tile, std::uint32_t> bucket_of_tile_;  // of its first lane, in the new order

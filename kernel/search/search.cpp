@@ -11,9 +11,8 @@ namespace maxlogdet {
 static_assert(simd::dimension == state_dimension, "the kernels are written for the state's dimension");
 
 Search::Search(std::size_t capacity)
-    : capacity_(checked_capacity(capacity)),
-      kernel_(simd::active()),
-      constraints_(capacity),
+    : kernel_(simd::active()),
+      constraints_(checked_capacity(capacity)),
       screening_(capacity, team_),
       indices_(capacity),
       gains_(capacity),
@@ -29,7 +28,7 @@ Error Search::start(const Candidates& candidates, const Options& options, const 
   candidates_ = candidates;
   deadline_ = deadline;
   target_ = Target(options);
-  budget_ = std::min(options.budget, capacity_);
+  budget_ = std::min(options.budget, capacity());
   size_ = decisions_ = 0;
   is_enough_ = false;
   const Error error = constraints_.reset(candidates_, options);
@@ -58,12 +57,6 @@ InformationFactor Search::factor_of_all() const noexcept {
   return all;
 }
 
-// The lanes of the members of a full group are needed to remove them.
-void Search::order_by_gain() noexcept {
-  screening_.order_by_gain();
-  if (constraints_.has_groups()) screening_.layout().find_lanes();
-}
-
 Lane Search::find_best() noexcept {
   screening_.begin_round(factor_);
   const std::size_t count = screening_.survivors(survivors_.data());
@@ -88,7 +81,6 @@ void Search::select(Lane lane) noexcept {
   const Index selected = layout.candidate(lane);
   reject(lane);
   constraints_.take_room(selected);
-  assert(!constraints_.has_groups() || !layout.is_ordered() || layout.has_lane_of());
   if (!constraints_.has_room(selected) && layout.has_lane_of()) {
     constraints_.for_group_of(selected, [&](Index member) {
       const Lane lane_of_member = layout.lane_of(member);

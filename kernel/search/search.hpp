@@ -28,7 +28,7 @@ class Search {
   /// Throws std::bad_alloc, also for a capacity that does not fit into 32 bits.
   explicit Search(std::size_t capacity);
 
-  std::size_t capacity() const noexcept { return capacity_; }
+  std::size_t capacity() const noexcept { return indices_.size(); }
   /// Picked on construction; nullptr: MAXLOGDET_ISA names one that is not supported.
   const simd::Kernel* kernel() const noexcept { return kernel_; }
   threading::Team& team() noexcept { return team_; }
@@ -51,7 +51,7 @@ class Search {
   void screen_all() noexcept { screening_.use_store(constraints_.free()); }
   void screen(const Index* listed, std::size_t count) noexcept { screening_.use_listed(listed, count); }
   /// After the third round, orders it by the gains of the last one: later rounds evaluate little.
-  void order_by_gain() noexcept;
+  void order_by_gain() noexcept { screening_.order_by_gain(); }
   bool is_ordered() const noexcept { return screening_.layout().is_ordered(); }
 
   /// A round: the lane of the best of what is screened. Float64 decides between the survivors of the screening; ties go
@@ -86,7 +86,6 @@ class Search {
   double bound_of_traces(std::size_t budget) noexcept;
   std::size_t list_by_trace(std::size_t count) noexcept;
 
-  std::size_t capacity_;
   const simd::Kernel* kernel_;
   threading::Team team_;
   Candidates candidates_;
@@ -114,5 +113,18 @@ class Search {
   std::vector<std::uint32_t> by_trace_;  // numbers of candidates
   std::vector<unsigned char> is_open_;   // per candidate: free, and not selected
 };
+
+// The three loops of the paper (strategies.cpp). Each selects until search.wants_more() is false, and returns ok, or
+// deadline_reached where the time limit has passed before.
+
+/// k rounds, each selecting the remaining candidate of maximum gain (Nemhauser et al. 1978).
+Status greedy(Search& search) noexcept;
+/// The answer of greedy with fewer evaluations: gains only decrease (submodularity), so a candidate whose last known
+/// gain is below the best of this round need not be evaluated again (Minoux 1978), here by tiles.
+Status lazy_greedy(Search& search) noexcept;
+/// Algorithm 1 of the paper: in each round the best of a random sample of s = ceil(n / k ln(1 / epsilon)).
+Status stochastic_greedy(Search& search, const StochasticOptions& options) noexcept;
+/// The same with small samples and without a deadline: adds what a time limit has left missing.
+void fill(Search& search) noexcept;
 
 }  // namespace maxlogdet

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include "kernel/search/strategies.hpp"
-
 #include "kernel/base/counter_random.hpp"
+#include "kernel/search/search.hpp"
 
 #include <algorithm>
 #include <cmath>
