@@ -59,42 +59,31 @@ void ErrorBounds::begin_round(const InformationFactor& factor, bool may_last, fl
   may_last = may_last && !in_float64_ && is_small() && drift_ < small_drift;
   if (still_hold(may_last, highest)) return;
   is_lasting_ = may_last;
-  bound_rows(factor);
-  tighten(highest);
+  const WhitenedRowBounds bounds = factor.bound_rows(column_max_);
+  row_squares_ = tight_squares_ = is_lasting_ ? simd::dimension * bounds.frobenius : bounds.squares;
+  const double norm = std::sqrt(row_squares_);
+  const double delta = whitening_errors[form_] * float_unit_roundoff * norm;
+  volume_error_ = volume_error(row_squares_, delta, rows_);
+
+  const bool overflows = !(norm < largest_norm) || !(norm > smallest_norm);
+  // Three long rows are nearly always almost parallel.
+  const bool is_hopeless = rows_ == 3 && volume_error_ > 1;
+  in_float64_ = overflows || is_hopeless || (in_float64_ && !is_small());
+  drift_limit_ = 2 * drift_;
+  highest_when_bounded_ = highest;
+  // det(I + Y Y^T) - 1 >= |y|^2 for each row y of Y: no row is longer than the root of the highest relative gain.
+  if (highest < float_infinity) {
+    const double bound = highest;
+    const double squares = std::max(0.0, bound + (1 + bound) * drift_limit_);
+    tight_squares_ = std::min(row_squares_, 1.1 * squares + 12 * delta * delta);
+    volume_error_ = volume_error(tight_squares_, delta, rows_);
+  }
   filter = filter_at(std::max(0.0, expected));
 }
 
 void ErrorBounds::use_float64(simd::GainFilter& filter) noexcept {
   in_float64_ = true;
   filter = filter_at(filter.tangent);
-}
-
-double ErrorBounds::row_error() const noexcept {
-  return whitening_errors[form_] * float_unit_roundoff * std::sqrt(row_squares_);
-}
-
-void ErrorBounds::bound_rows(const InformationFactor& factor) noexcept {
-  const WhitenedRowBounds bounds = factor.bound_rows(column_max_);
-  row_squares_ = tight_squares_ = is_lasting_ ? simd::dimension * bounds.frobenius : bounds.squares;
-  const double norm = std::sqrt(row_squares_);
-  volume_error_ = volume_error(row_squares_, row_error(), rows_);
-
-  const bool overflows = !(norm < largest_norm) || !(norm > smallest_norm);
-  // Three long rows are nearly always almost parallel.
-  const bool is_hopeless = rows_ == 3 && volume_error_ > 1;
-  in_float64_ = overflows || is_hopeless || (in_float64_ && !is_small());
-}
-
-// det(I + Y Y^T) - 1 >= |y|^2 for each row y of Y: no row is longer than the root of the highest relative gain.
-void ErrorBounds::tighten(float highest) noexcept {
-  drift_limit_ = 2 * drift_;
-  highest_when_bounded_ = highest;
-  if (!(highest < float_infinity)) return;
-  const double delta = row_error();
-  const double bound = highest;
-  const double squares = bound + (1 + bound) * drift_limit_;
-  tight_squares_ = std::min(row_squares_, 1.1 * std::max(0.0, squares) + 12 * delta * delta);
-  volume_error_ = volume_error(tight_squares_, delta, rows_);
 }
 
 simd::GainFilter ErrorBounds::filter_at(double tangent) const noexcept {

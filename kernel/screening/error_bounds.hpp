@@ -33,10 +33,7 @@ class ErrorBounds {
  private:
   bool is_small() const noexcept;
   bool still_hold(bool may_last, float highest) const noexcept;
-  void bound_rows(const InformationFactor& factor) noexcept;
-  double row_error() const noexcept;
   simd::GainFilter filter_at(double tangent) const noexcept;
-  void tighten(float highest) noexcept;
 
   simd::Form form_ = simd::one_row;
   int rows_ = 1;
