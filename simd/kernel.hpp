@@ -59,18 +59,6 @@ struct BlocksOfLanes {
 using EvaluateTiles = Evaluated (*)(const Tiles& tiles, const float* w, const Tile* list, std::size_t count,
                                     const RoundArrays& arrays);
 
-/// The parts of a round that do not depend on the form.
-struct BoundFunctions {
-  /// Lists the lanes of evaluated tiles that may hold the best, and returns how many.
-  std::size_t (*list_survivors)(const Tiles& tiles, const Round& round, Lane* lanes);
-
-  /// Makes the maxima of the evaluated tiles their stale bounds, and returns the largest of all.
-  float (*keep)(const Tiles& tiles, const Round& round);
-
-  /// The largest stale bound of a tile that is not evaluated; any_candidate if there is none.
-  float (*highest_unevaluated)(const Tiles& tiles, const Round& round);
-};
-
 /// Copies of candidates, per form.
 struct LayoutFunctions {
   /// Copies candidates [0, count) into records, from which single candidates are gathered faster than from planes; read
@@ -99,25 +87,16 @@ struct ExactFunctions {
   void (*traces)(const Planes& planes, const double* w, std::size_t count, double* traces);
 };
 
-/// Updates of W, in float64, the same bits on every instruction set.
-struct FactorFunctions {
-  /// W <- the inverse Cholesky factor of M + H^T H, for the `count` rows of H, one after the other, six float64 each; W
-  /// is zero above the diagonal; `narrow`: the new W rounded to float32. Returns the relative gain.
-  double (*add_rows)(double* w, const double* rows, int count, float* narrow);
-};
+/// W <- the inverse Cholesky factor of M + H^T H, for the `count` rows of H, one after the other, six float64 each; W is
+/// zero above the diagonal; `narrow`: the new W rounded to float32. Returns the relative gain. In float64, the same bits
+/// on every instruction set.
+using AddRows = double (*)(double* w, const double* rows, int count, float* narrow);
 
 /// Medians have 23 - 11 bits after the first: 2^-12 is far below the error of a median.
 constexpr std::uint32_t rounded_bits = 11;
 
-/// Plain arrays of float32.
+/// Arrays of float32.
 struct ArrayFunctions {
-  /// Lists the positions in [0, count) with lower <= values[i] < upper, in order; returns how many. No value reaches an
-  /// `upper` of NaN. Reads up to the next multiple of 16.
-  std::size_t (*list_tiles)(const float* values, std::size_t count, float lower, float upper, Tile* list);
-
-  /// The largest of -1 and values[0 .. count).
-  float (*largest)(const float* values, std::size_t count);
-
   /// sizes[i]: the largest |entry| of block i in three columns, of which `planes` has the first; infinite if that is 0.
   /// `sizes` is aligned; reads and writes up to the next multiple of 16.
   void (*measure_sizes)(const float* planes, std::size_t stride, int rows, std::size_t count, float* sizes);
@@ -125,6 +104,22 @@ struct ArrayFunctions {
   /// The lower median of those of `count` values that are finite, rounded up to a float whose last rounded_bits are 1.
   /// `count` is a multiple of 16. Values are aligned, and not negative.
   float (*median)(const float* values, std::size_t count, std::size_t& finite);
+
+  /// The largest of -1 and values[0 .. count).
+  float (*largest)(const float* values, std::size_t count);
+
+  /// Lists the positions in [0, count) with lower <= values[i] < upper, in order; returns how many. No value reaches an
+  /// `upper` of NaN. Reads up to the next multiple of 16.
+  std::size_t (*list_tiles)(const float* values, std::size_t count, float lower, float upper, Tile* list);
+
+  /// The largest stale bound of a tile that is not evaluated; any_candidate if there is none.
+  float (*highest_unevaluated)(const Tiles& tiles, const Round& round);
+
+  /// Lists the lanes of evaluated tiles that may hold the best, and returns how many.
+  std::size_t (*list_survivors)(const Tiles& tiles, const Round& round, Lane* lanes);
+
+  /// Makes the maxima of the evaluated tiles their stale bounds, and returns the largest of all.
+  float (*keep_bounds)(const Tiles& tiles, const Round& round);
 };
 
 struct Kernel {
@@ -133,9 +128,8 @@ struct Kernel {
   AlignmentFunctions alignment;
   LayoutFunctions layouts[forms];
   EvaluateTiles evaluate[forms];
-  BoundFunctions bounds;
   ExactFunctions exact[3];  ///< [rows - 1]
-  FactorFunctions factor;
+  AddRows add_rows;
   ArrayFunctions arrays;
 };
 

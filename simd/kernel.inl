@@ -46,7 +46,6 @@ inline void store_narrow(const Doubles& values, float* to) {
 #include "simd/exact_gains.inl"
 #include "simd/factor_updates.inl"
 #include "simd/gather.inl"
-#include "simd/rounds.inl"
 
 namespace maxlogdet::simd {
 namespace {
@@ -70,9 +69,8 @@ const Kernel MAXLOGDET_KERNEL = {
     {layout_functions<one_row>(), layout_functions<two_rows>(), layout_functions<three_rows>(),
      layout_functions<factored>()},
     {evaluate_listed<one_row>, evaluate_listed<two_rows>, evaluate_listed<three_rows>, evaluate_listed<factored>},
-    {list_survivors, keep_bounds, highest_unevaluated},
     {exact_functions<1>(), exact_functions<2>(), exact_functions<3>()},
-    {add_rows},
-    {list_tiles, largest, measure_sizes, median}};
+    add_rows,
+    {measure_sizes, median, largest, list_tiles, highest_unevaluated, list_survivors, keep_bounds}};
 
 }  // namespace maxlogdet::simd

@@ -74,7 +74,7 @@ double InformationFactor::add_block(const simd::Kernel& kernel, const double (*r
   for (int row = 0; row < count; ++row) {
     for (int d = 0; d < n; ++d) trace_ += (rows[row][d] * per_unit_[d]) * (rows[row][d] * per_unit_[d]);
   }
-  const double relative_gain = kernel.factor.add_rows(&w_[0][0], &rows[0][0], count, &narrow_[0][0]);
+  const double relative_gain = kernel.add_rows(&w_[0][0], &rows[0][0], count, &narrow_[0][0]);
   relative_error_ += count * update_error * norm_ * std::sqrt(trace_);  // |W| before, or earlier: it only decreases
   ++added_;
   if (added_ < norm_interval || added_ % norm_interval == 0) norm_ = inverse_norm();

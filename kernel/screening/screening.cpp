@@ -49,7 +49,6 @@ void Screening::use_listed(const Index* listed, std::size_t count) noexcept {
 }
 
 void Screening::forget() noexcept {
-  assert(!is_open_);
   errors_.forget();
   float* const bounds = bounds_.data();
   std::fill_n(bounds, tiles_.tiles().count, float_infinity);
@@ -58,7 +57,7 @@ void Screening::forget() noexcept {
 }
 
 void Screening::order_by_gain() noexcept {
-  assert(!is_open_ && round_.evaluated_from <= any_candidate);  // all are evaluated
+  assert(round_.evaluated_from <= any_candidate);  // all are evaluated
   const float top = std::max(0.0F, candidates_->kernel->arrays.largest(gains_.data(), tiles_.lanes()));
   const simd::TileLine line = round_.filter.line_of_tiles();
   tiles_.order_by(gains_.data(), top);
@@ -77,23 +76,15 @@ void Screening::reset_round() noexcept {
   best_ = -1;
 }
 
-void Screening::begin_round(const InformationFactor& factor) noexcept {
-  assert(!is_open_);
-  is_open_ = true;
-  factor_ = &factor;
+void Screening::begin_round() noexcept {
   // A share of the highest bound slightly below that expected of the best relative gain: in two rounds of three no
-  // other tile is needed.
+  // other tile is needed. Whatever is missed is evaluated afterwards.
   share_ = static_cast<float>(std::max(0.25, 1.25 * expected_share_ - 0.25));
-  guess_ = first_guess();
+  const bool is_known = highest_bound_ < float_infinity;
+  guess_ = !tiles_.is_ordered() ? any_candidate : is_known ? share_ * highest_bound_ : float_infinity;
   reset_round();
-  const double expected = highest_bound_ < float_infinity ? expected_share_ * static_cast<double>(highest_bound_) : 0;
-  errors_.begin_round(factor, tiles_.is_ordered(), highest_bound_, expected, round_.filter);
-}
-
-// Where to begin: about speed alone, as whatever is missed is evaluated afterwards.
-float Screening::first_guess() const noexcept {
-  if (!tiles_.is_ordered()) return any_candidate;
-  return highest_bound_ < float_infinity ? share_ * highest_bound_ : float_infinity;
+  const double expected = is_known ? expected_share_ * static_cast<double>(highest_bound_) : 0;
+  errors_.begin_round(*factor_, tiles_.is_ordered(), highest_bound_, expected, round_.filter);
 }
 
 // The one loop of a selection that threads share: evaluates the tiles listed. Promising tiles are adjacent in the list
@@ -129,7 +120,7 @@ void Screening::prove_best() noexcept {
     evaluations_ += found.count;
     best_ = std::max(best_, std::min(found.best, std::numeric_limits<float>::max()));
     if (best_ < 0) {
-      needed = share_ * candidates_->kernel->bounds.highest_unevaluated(tiles_.tiles(), round_);
+      needed = share_ * candidates_->kernel->arrays.highest_unevaluated(tiles_.tiles(), round_);
       continue;
     }
     round_.filter.follow(best_);
@@ -141,11 +132,24 @@ void Screening::prove_best() noexcept {
 // Evaluates what may hold the best, and lists what survives.
 std::size_t Screening::find(Lane* lanes) noexcept {
   prove_best();
-  return candidates_->kernel->bounds.list_survivors(tiles_.tiles(), round_, lanes);
+  return candidates_->kernel->arrays.list_survivors(tiles_.tiles(), round_, lanes);
+}
+
+std::size_t Screening::survivors(const InformationFactor& factor, Lane* lanes) noexcept {
+  factor_ = &factor;
+  begin_round();
+  const std::size_t found = survivors(lanes);
+  if (!tiles_.is_ordered()) return found;
+  if (best_ > 0 && highest_bound_ > 0 && highest_bound_ < float_infinity) {
+    // The next round should start as low.
+    const double share = std::min(1.0, static_cast<double>(best_) / static_cast<double>(highest_bound_));
+    expected_share_ += 0.5 * (share - expected_share_);
+  }
+  keep_bounds();
+  return found;
 }
 
 std::size_t Screening::survivors(Lane* lanes) noexcept {
-  assert(is_open_);
   std::size_t found = find(lanes);
   if (found <= many_survivors) return found;
   found = drop_copies(lanes, found);
@@ -176,18 +180,6 @@ void Screening::use_float64() noexcept {
   reset_round();
 }
 
-void Screening::keep_bounds() noexcept { highest_bound_ = candidates_->kernel->bounds.keep(tiles_.tiles(), round_); }
-
-void Screening::end_round() noexcept {
-  assert(is_open_);
-  is_open_ = false;
-  if (!tiles_.is_ordered()) return;
-  if (best_ > 0 && highest_bound_ > 0 && highest_bound_ < float_infinity) {
-    // The next round should start as low.
-    const double found = std::min(1.0, static_cast<double>(best_) / static_cast<double>(highest_bound_));
-    expected_share_ += 0.5 * (found - expected_share_);
-  }
-  keep_bounds();
-}
+void Screening::keep_bounds() noexcept { highest_bound_ = candidates_->kernel->arrays.keep_bounds(tiles_.tiles(), round_); }
 
 }  // namespace maxlogdet

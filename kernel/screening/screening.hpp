@@ -17,8 +17,8 @@ namespace maxlogdet {
 /// TileLayout knows where each candidate is, stale bounds tell which tiles need not be evaluated, ErrorBounds what
 /// float32 proves. A simd::Round is made of them (docs/architecture.md).
 ///
-/// A round is begin_round(), survivors() and end_round(). Without order_by_gain() every round evaluates all; from then
-/// on bounds are kept from round to round, which is right because the information of the rounds only increases.
+/// Without order_by_gain() every round evaluates all; from then on bounds are kept from round to round, which is right
+/// because the information of the rounds only increases.
 class Screening {
  public:
   /// Allocates memory for up to `capacity` candidates, once. The team lives as long as this.
@@ -38,16 +38,11 @@ class Screening {
   /// holds similar ones, and keeps a stale bound of each tile.
   void order_by_gain() noexcept;
 
-  /// Starts a round with this information; nothing is evaluated yet.
-  void begin_round(const InformationFactor& factor) noexcept;
+  /// A round with this information: lists the lanes whose float64 gain may be the largest, and returns how many; of
+  /// identical candidates at most one.
+  std::size_t survivors(const InformationFactor& factor, Lane* lanes) noexcept;
 
-  /// Lists the lanes whose float64 gain may be the largest, and returns how many; of identical candidates at most one.
-  std::size_t survivors(Lane* lanes) noexcept;
-
-  /// Ends a round. If the candidates are ordered, the maxima of the evaluated tiles become their stale bounds.
-  void end_round() noexcept;
-
-  /// A lower bound of this round's maximum exact relative gain.
+  /// A lower bound of the last round's maximum exact relative gain.
   double assured() const noexcept { return round_.assured; }
 
   /// Removes a remaining candidate, between rounds.
@@ -65,11 +60,12 @@ class Screening {
  private:
   void forget() noexcept;
   void keep_bounds() noexcept;
+  void begin_round() noexcept;
   void reset_round() noexcept;
+  std::size_t survivors(Lane* lanes) noexcept;
   void prove_best() noexcept;
   std::size_t find(Lane* lanes) noexcept;
   simd::Evaluated evaluate(const Tile* list, std::size_t count) noexcept;
-  float first_guess() const noexcept;
   std::size_t drop_copies(Lane* lanes, std::size_t count) const noexcept;
   void use_float64() noexcept;
 
@@ -83,7 +79,6 @@ class Screening {
   ArrayOf<Lane, float> gains_;
   AlignedArray<Tile> list_;
   const InformationFactor* factor_ = nullptr;  // of the round
-  bool is_open_ = false;                       // within a round
   float best_ = -1;                            // the largest value evaluated in the round; below 0 if there is none
   float share_ = 1;                            // about speed alone: what share of the highest bound it may have
   float guess_ = -1;                           // the stale bound to begin at, while no best is known

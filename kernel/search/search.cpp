@@ -58,9 +58,7 @@ InformationFactor Search::factor_of_all() const noexcept {
 }
 
 Lane Search::find_best() noexcept {
-  screening_.begin_round(factor_);
-  const std::size_t count = screening_.survivors(survivors_.data());
-  screening_.end_round();
+  const std::size_t count = screening_.survivors(factor_, survivors_.data());
   assert(count > 0);
   if (count == 1) return survivors_[0];
   for (std::size_t j = 0; j < count; ++j) deciding_[j] = candidate(survivors_[j]);

@@ -185,10 +185,10 @@ TEST(Isa, lists_survivors_and_bounds_of_a_round_are_exact_on_all) {
       list.resize(kernel->arrays.list_tiles(own.data(), tile_count, lower, upper, list.data()));
       EXPECT_EQ(list, listed);
       std::vector<Lane> lanes(gains.size());
-      lanes.resize(kernel->bounds.list_survivors(tiles, round, lanes.data()));
+      lanes.resize(kernel->arrays.list_survivors(tiles, round, lanes.data()));
       EXPECT_EQ(lanes, survivors);
-      EXPECT_EQ(kernel->bounds.highest_unevaluated(tiles, round), highest_left);
-      EXPECT_EQ(kernel->bounds.keep(tiles, round), *std::max_element(kept.begin(), kept.end()));
+      EXPECT_EQ(kernel->arrays.highest_unevaluated(tiles, round), highest_left);
+      EXPECT_EQ(kernel->arrays.keep_bounds(tiles, round), *std::max_element(kept.begin(), kept.end()));
       own.resize(tile_count);
       EXPECT_EQ(own, kept);
     }

@@ -53,11 +53,9 @@ class Screened {
 
   // With `orders`, later rounds are lazy. A tile's bound is then the upper end of the step of its first candidate.
   void round(bool orders) {
-    screening_.begin_round(factor_);
     lanes_.resize(padded(candidates_.count));
-    lanes_.resize(screening_.survivors(lanes_.data()));
+    lanes_.resize(screening_.survivors(factor_, lanes_.data()));
     const double assured = screening_.assured();
-    screening_.end_round();
     expect_bounds_hold();
     const Index best = decide_among_all();
     EXPECT_LE(static_cast<long double>(assured) * (1 - 1e-14L), exact_relative_gain(block_of(best), factor_))
