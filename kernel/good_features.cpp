@@ -5,10 +5,10 @@
 #include "kernel/base/deadline.hpp"
 #include "kernel/base/memory.hpp"
 #include "kernel/blocks/matched_frame.hpp"
+#include "kernel/frame_recorder.hpp"
 #include "kernel/image_cells.hpp"
 #include "kernel/information/prior.hpp"
 
-#include <maxlogdet/frame_recorder.hpp>
 #include <maxlogdet/selector.hpp>
 
 #include <algorithm>
@@ -371,8 +371,8 @@ bool GoodFeatures::is_selected(std::size_t i) const noexcept {
 }
 
 // The selected ones alone, as required ones, against the target of all.
-double efficiency(GoodFeatures& good) noexcept {
-  GoodFeatures::State& s = *good.state_;
+double GoodFeatures::efficiency() noexcept {
+  State& s = *state_;
   if (s.summary.status == Status::error || s.blocks.stored() == 0) return not_a_number;
   Options options(0);
   for (std::size_t i = 0; i < s.frame.size; ++i) {
@@ -395,7 +395,7 @@ IndexRange GoodFeatures::outliers(const RigidTransform& T_cw) noexcept {
   at.T_bw = T_cw;
   if (at.has_mixed_cues || s.aligner.leaves_out_third()) at.depth_cue = DepthCue::none;
   at.has_mixed_cues = false;
-  if (!is_rigid(T_cw)) return {nullptr, 0};
+  if (!is_rigid(T_cw)) return IndexRange();
   s.judged = at.size;
   s.are_cues_judged = at.depth_cue != DepthCue::none;
   for (std::size_t i = 0; i < at.size; ++i) s.chi2[i] = s.is_usable[i] != 0 ? not_a_number : infinity;
@@ -404,7 +404,10 @@ IndexRange GoodFeatures::outliers(const RigidTransform& T_cw) noexcept {
     if (s.is_selected[i] != 0) s.chi2[i] = not_a_number;
     if (is_outlier(i)) s.outliers.push_back(static_cast<std::uint32_t>(i));
   }
-  return {s.outliers.data(), s.outliers.size()};
+  IndexRange found;
+  found.indices = s.outliers.data();
+  found.size = s.outliers.size();
+  return found;
 }
 
 double GoodFeatures::chi2(std::size_t i) const noexcept { return i < state_->judged ? state_->chi2[i] : not_a_number; }
@@ -420,18 +423,13 @@ bool GoodFeatures::is_outlier(std::size_t i) const noexcept {
 // Reads the frame as select() has left it, and hands it to the recorder.
 void GoodFeatures::State::record() noexcept {
   is_record_due = false;
-  if (added > frame.size) return recorder.skip("it has more matches than the capacity");
-  if (report.error != Error::none) return recorder.skip(explain(report.error));
-  FrameDetails details;
-  details.depth_cue = frame.depth_cue;
-  details.depth_sigma = frame.options.depth_sigma;
-  details.has_covariances = frame.has_covariances;
-  for (std::size_t i = 0; i < frame.size; ++i) details.has_keyframes |= matches[i].keyframe >= 0;
-  recorder.start(frame.cameras, frame.camera_count, frame.T_bw, details);
-  for (std::size_t i = 0; i < frame.size; ++i) {
-    if (is_usable[i] != 0) recorder.add(matches[i], is_selected[i] != 0);
+  if (added > frame.size) {
+    recorder.skip("it has more matches than the capacity");
+  } else if (report.error != Error::none) {
+    recorder.skip(explain(report.error));
+  } else {
+    recorder.write(frame, is_selected.data());
   }
-  recorder.finish();
 }
 
 bool GoodFeatures::record(const char* folder) noexcept { return state_->recorder.open(folder); }

@@ -2,10 +2,9 @@
 // What the library says of itself: the names of enumerators, its version, and its instruction sets.
 #include "simd/kernel.hpp"
 
-#include <maxlogdet/alignment.hpp>
 #include <maxlogdet/camera.hpp>
-#include <maxlogdet/isa.hpp>
 #include <maxlogdet/options.hpp>
+#include <maxlogdet/selection.hpp>
 #include <maxlogdet/status.hpp>
 #include <maxlogdet/version.hpp>
 

@@ -64,7 +64,7 @@ Selection Selector::select(const BlockStore& candidates, const Options& options)
   Selection selection;
   selection.status = Status::error;
   selection.error = Error::capacity_exceeded;
-  selection.invalid_candidates = candidates.invalid_count();
+  selection.invalid_candidates = candidates.size() - candidates.stored();
   if (!memory_) return selection;  // moved from: a capacity of 0
   Search& search = *memory_;
   selection.error = check(candidates, options, search);

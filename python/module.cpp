@@ -324,8 +324,6 @@ py::array_t<double> chi2(const OwnGoodFeatures& self) {
   return to_numpy(all);
 }
 
-double efficiency_of(OwnGoodFeatures& self) { return efficiency(self); }
-
 bool record(OwnGoodFeatures& self, const py::object& folder) {
   const auto path = py::module_::import("os").attr("fsencode")(folder).cast<std::string>();
   if (path.find('\0') != std::string::npos) throw py::value_error("folder: expected a path without a NUL byte");
@@ -389,8 +387,9 @@ prior: (6, 6), information about the pose of start(); None: none.)")
       .def("outliers", &outliers, py::arg("T_cw"),
            "Compares the unselected matches with the optimised pose; returns the numbers of outliers, ascending.")
       .def("chi2", &chi2, "Returns (n,), after outliers(): squared errors in standard deviations; NaN of the selected.")
-      .def("efficiency", &efficiency_of,
-           "Returns (det M of the selected / det M of all)^(1/6), the share of the information that is kept.")
+      .def(
+          "efficiency", [](OwnGoodFeatures& self) { return self.efficiency(); },
+          "Returns (det M of the selected / det M of all)^(1/6), the share of the information that is kept.")
       .def(
           "record", &record, py::arg("folder"),
           "Writes the frames from the next start() on into a folder, for `maxlogdet evaluate`. Returns whether it can.")

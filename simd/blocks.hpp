@@ -8,7 +8,7 @@
 #include <cstddef>
 
 // Matches and a pose in, blocks out: the arguments of append_blocks, already checked. The equations are in
-// maxlogdet/jacobian.hpp.
+// maxlogdet/block_store.hpp.
 
 namespace maxlogdet::simd {
 

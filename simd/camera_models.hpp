@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <maxlogdet/camera_model.hpp>
+#include <maxlogdet/camera.hpp>
 
 #include <cmath>
 #include <cstddef>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <maxlogdet/executor.hpp>
+#include <maxlogdet/selector.hpp>
 
 #include <algorithm>
 #include <atomic>

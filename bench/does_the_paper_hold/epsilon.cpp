@@ -25,8 +25,8 @@ struct Timed {
 };
 
 Timed timed_select(Selector& selector, const BlockStore& blocks, Options options) {
-  const EigenPrior rows(Eigen::Matrix<double, 6, 6>(prior * Eigen::Matrix<double, 6, 6>::Identity()));
-  options.prior = rows.data();
+  const Eigen::Matrix<double, 6, 6> information = prior * Eigen::Matrix<double, 6, 6>::Identity();
+  options.prior = information.data();
   options.threads = 1;
   double log_det = 0;
   const Latency latency = measure_latency("select", 3, [&] { log_det = selector.select(blocks, options).log_det; });

@@ -44,10 +44,10 @@ double value_of(GreedyMetric metric, const Matrix6& Q) {
 }
 
 std::vector<std::uint32_t> order_by_log_det(const BlockStore& blocks, std::size_t k) {
-  const EigenPrior rows(Matrix6(prior * Matrix6::Identity()));
+  const Matrix6 information = prior * Matrix6::Identity();
   Options options;
   options.budget = k;
-  options.prior = rows.data();
+  options.prior = information.data();
   Selector selector(blocks.size());
   const Selection selection = selector.select(blocks, options);
   if (!selection.has_answer()) throw std::invalid_argument(to_string(selection.status));

@@ -53,8 +53,10 @@ BlockReport build_blocks(const Frame& frame, const std::vector<FeatureMatch>& ma
   blocks.clear();
   const FrameCamera& camera = frame.camera;
   const RigidTransform T = RigidTransform::row_major(frame.T_cw_prior.data());
-  if (camera.rig.empty()) return append_blocks(Camera(camera), T, matches.data(), matches.size(), options, blocks);
-  return append_blocks(camera.rig.data(), camera.rig.size(), T, matches.data(), matches.size(), options, blocks);
+  const Camera alone(camera);
+  const Camera* const cameras = camera.rig.empty() ? &alone : camera.rig.data();
+  const std::size_t count = camera.rig.empty() ? 1 : camera.rig.size();
+  return append_blocks(cameras, count, T, matches.data(), matches.size(), options, blocks);
 }
 
 }  // namespace maxlogdet::sim

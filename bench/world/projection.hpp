@@ -8,8 +8,8 @@
 
 namespace maxlogdet::sim {
 
-/// A match linearised at a pose, as maxlogdet/jacobian.hpp defines it: left perturbation, (translation, rotation), px;
-/// a row of depth is in m. Rows beyond `rows` are zero.
+/// A match linearised at a pose, as maxlogdet/block_store.hpp defines it: left perturbation, (translation, rotation),
+/// px; a row of depth is in m. Rows beyond `rows` are zero.
 struct LinearizedMatch {
   int rows = 0;              ///< 2 monocular, 3 with a right-image column or a depth
   Eigen::Vector3d residual;  ///< z - h(x, p)

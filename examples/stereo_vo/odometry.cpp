@@ -276,7 +276,7 @@ void Odometry::add_keyframe(const Frame& frame) {
     const double z = camera_.bf > 0 ? camera_.bf / (u + camera_.shift_of_right - cue) : cue;
     const cv::Vec3d p_c(z * (u - camera_.cx) / camera_.fx, z * (v - camera_.cy) / camera_.fy, z);
     Track track{next_point_++, keyframes_, 0, corners[i], corners[i], T_wc * p_c, {}};
-    maxlogdet::PointCovariance point(track.p_w.val);
+    maxlogdet::PointCovariance point(track.p_w);
     point.observe(observer, T_cw_.matrix, corner_sigma, true);
     if (point.covariance(track.covariance.val)) tracks_.push_back(track);
   }

@@ -46,26 +46,6 @@ std::size_t push_back(BlockStore& blocks, const Eigen::MatrixBase<Derived>& bloc
   return blocks.push_back(entries, static_cast<int>(block.rows()));
 }
 
-/// A prior information for Options::prior, copied from an Eigen matrix; keep it alive until select() returns. Its order
-/// is that of the blocks, (translation, rotation): a Hessian of g2o's VertexSE3Expmap is (rotation, translation) and
-/// must be permuted first.
-class EigenPrior {
- public:
-  /// Copies a 6 x 6 matrix or expression of any scalar type and storage order.
-  template <class Derived>
-  explicit EigenPrior(const Eigen::MatrixBase<Derived>& information) {
-    EIGEN_STATIC_ASSERT_MATRIX_SPECIFIC_SIZE(Derived, state_dimension, state_dimension);
-    Eigen::Map<Eigen::Matrix<double, state_dimension, state_dimension, Eigen::RowMajor>> rows(entries_);
-    rows = information.template cast<double>();
-  }
-  /// Returns the entries for Options::prior, 6 x 6 row-major, owned by this object.
-  const double* data() const& noexcept { return entries_; }
-  const double* data() const&& = delete;  // would dangle
-
- private:
-  double entries_[state_dimension * state_dimension];
-};
-
 /// Poses as matrices or expressions, 3 x 4 or 4 x 4, of any scalar type and storage order. Another size does not
 /// compile, or, if known only at run time, is refused as Error::invalid_pose.
 template <class Derived>
@@ -97,6 +77,21 @@ struct PoseTraits<Eigen::Transform<Scalar, 3, Mode, Options>> {
   static Eigen::Transform<Scalar, 3, Mode, Options> make(const RigidTransform& T) {
     using Matrix = typename Eigen::Transform<Scalar, 3, Mode, Options>::MatrixType;
     return Eigen::Transform<Scalar, 3, Mode, Options>(PoseTraits<Matrix>::make(T));
+  }
+};
+
+/// Poses of Sophus: Sophus::SE3d, SE3f, their maps, and any other type whose matrix3x4() is Eigen's.
+template <class Group>
+struct PoseTraits<Group, decltype(static_cast<void>(std::declval<const Group&>().matrix3x4()))> {
+  /// Copies its matrix.
+  static RigidTransform convert(const Group& T) { return T.matrix3x4(); }
+  /// Returns the element, by a unit quaternion.
+  static Group make(const RigidTransform& T) {
+    using Scalar = typename Group::Scalar;
+    const Eigen::Matrix<double, 3, 4> matrix = PoseTraits<Eigen::Matrix<double, 3, 4>>::make(T);
+    const Eigen::Quaternion<double> rotation(Eigen::Matrix3d(matrix.leftCols<3>()));
+    const Eigen::Vector3d t = matrix.col(3);
+    return Group(rotation.cast<Scalar>().normalized(), t.cast<Scalar>());
   }
 };
 

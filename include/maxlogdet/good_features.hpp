@@ -1,15 +1,13 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <maxlogdet/alignment.hpp>
 #include <maxlogdet/block_store.hpp>
 #include <maxlogdet/camera.hpp>
-#include <maxlogdet/executor.hpp>
 #include <maxlogdet/feature_match.hpp>
 #include <maxlogdet/inputs.hpp>
-#include <maxlogdet/jacobian.hpp>
 #include <maxlogdet/options.hpp>
 #include <maxlogdet/selection.hpp>
+#include <maxlogdet/selector.hpp>
 
 #include <cstddef>
 #include <cstdint>
@@ -32,8 +30,8 @@ constexpr std::uint32_t no_id = 0xFFFFFFFFU;
 /// destroyed.
 class GoodFeatures {
  public:
-  /// Reserves room for `capacity` matches a frame, at most 2^32 - 1; only this allocates. Threads
-  /// help through `executor`, which must outlive this: see Selector. Throws std::bad_alloc.
+  /// Reserves room for `capacity` matches a frame, at most 2^32 - 1; only this allocates. Threads help through
+  /// `executor`, which must outlive this: see Selector. Throws std::bad_alloc.
   explicit GoodFeatures(std::size_t capacity, Executor* executor = nullptr);
 
   /// How blocks are made. May be changed at any time.
@@ -70,10 +68,10 @@ class GoodFeatures {
   Alignment align(const double* prior = nullptr) noexcept;
   /// What the last alignment of this frame found.
   Alignment alignment() const noexcept;
-  /// The aligned pose, T_cw or T_bw as in start(); that of start() if there is none.
-  /// Valid until the next align(), select() or start().
+  /// The aligned pose, T_cw or T_bw as in start(); that of start() if there is none. Valid until the next align(),
+  /// select() or start().
   const RigidTransform& pose() const noexcept;
-  /// The information of pose(), 6 x 6 row-major, about the xi of jacobian.hpp: the sum of J^T J of the inliers over
+  /// The information of pose(), 6 x 6 row-major, about the xi of block_store.hpp: the sum of J^T J of the inliers over
   /// scale^2, plus the prior. Zeros if there is no aligned pose. Valid until the next align(), select() or start().
   const double* pose_information() const noexcept;
   /// Returns whether match i is usable, and was not rejected: it fits pose(), or has no measurement to tell. Without an
@@ -91,6 +89,9 @@ class GoodFeatures {
   const char* reason() const noexcept;
   /// Returns whether to optimise with match i.
   bool is_selected(std::size_t i) const noexcept;
+  /// (det M of the selected / det M of all candidates)^(1/6), the geometric mean over six directions of the share of
+  /// the information that is kept, in (0, 1]. NaN after an error and without candidates. Reads all matches once.
+  double efficiency() noexcept;
   /// What was made of the matches, and how many could not be candidates for which reason.
   const BlockReport& block_report() const noexcept;
   /// The blocks of this frame: candidate i is match i.
@@ -102,28 +103,25 @@ class GoodFeatures {
   /// Whether outliers() has returned match i: chi2(i) is above the 95 % quantile, 5.991 for two measurements, 7.815 for
   /// three.
   bool is_outlier(std::size_t i) const noexcept;
-  /// Squared error e^T Sigma^-1 e of match i, after outliers(), with the Sigma of jacobian.hpp at that pose: infinite
-  /// where the point has no image, its covariance is invalid or leaves it unknown to a radian, or the match is not
-  /// usable; NaN for a selected match and one without measurement, and after an error of the frame.
+  /// Squared error e^T Sigma^-1 e of match i, after outliers(), with the Sigma of block_store.hpp at that pose:
+  /// infinite where the point has no image, its covariance is invalid or leaves it unknown to a radian, or the match is
+  /// not usable; NaN for a selected match and one without measurement, and after an error of the frame.
   double chi2(std::size_t i) const noexcept;
 
-  /// From the next start() on, writes every frame that is selected from into the folder, for `maxlogdet evaluate
-  /// FOLDER` (docs/evaluate.md), by a FrameRecorder, which allocates and does I/O. Call it once. Returns whether frames
-  /// will be recorded; a problem, also a later one, is said in one line on stderr, and changes no selection.
+  /// From the next start() on, writes every frame that is selected from into the folder, a file frame_000000.csv,
+  /// frame_000001.csv, ... each, for `maxlogdet evaluate FOLDER` (docs/evaluate.md). Call it once. Creates the folder
+  /// if only its last part is missing. Returns false if files cannot be written there, or if it holds a frame_*.csv:
+  /// the frames of a folder are one recording, and two are never mixed. nullptr or "" ends the recording, and returns
+  /// false. Recording allocates and does I/O. A problem, also a later one, is said in one line on stderr, ends the
+  /// recording, and changes no selection; one is a rig with right columns, for which the files have no place.
   bool record(const char* folder) noexcept;
 
  private:
-  friend double efficiency(GoodFeatures& good) noexcept;
-
   struct State;
   struct Destroy {
     void operator()(State* state) const noexcept;
   };
   std::unique_ptr<State, Destroy> state_;
 };
-
-/// (det M of the selected / det M of all candidates)^(1/6), the geometric mean over six directions of the share of the
-/// information that is kept, in (0, 1]. NaN after an error and without candidates. Reads all matches once.
-double efficiency(GoodFeatures& good) noexcept;
 
 }  // namespace maxlogdet

@@ -10,12 +10,8 @@
 
 #include <maxlogdet/block_store.hpp>
 #include <maxlogdet/camera.hpp>
-#include <maxlogdet/executor.hpp>
-#include <maxlogdet/frame_recorder.hpp>
 #include <maxlogdet/good_features.hpp>
 #include <maxlogdet/inputs.hpp>
-#include <maxlogdet/isa.hpp>
-#include <maxlogdet/jacobian.hpp>
 #include <maxlogdet/options.hpp>
 #include <maxlogdet/point_covariance.hpp>
 #include <maxlogdet/selection.hpp>

@@ -15,6 +15,16 @@ enum class Status {
   error,             ///< Error says why
 };
 
+/// How a robust alignment ended (docs/alignment.md). With any other status than `aligned` no match is rejected.
+enum class AlignmentStatus {
+  none,           ///< there was no alignment since the last start(), or the frame has an error
+  aligned,        ///< there are inliers, a pose and its information
+  few_matches,    ///< fewer than ten matches are measured and have an image at the predicted pose
+  no_consensus,   ///< fewer than half of them fit one pose, or it is at quite another distance from the points
+  singular,       ///< the matches do not determine all six dimensions of the pose
+  not_converged,  ///< the iterations diverged, or did not come to a pose that fits better than the predicted one
+};
+
 /// X(name, what is wrong) for each error. The names and the Python module use this list.
 #define MAXLOGDET_ERRORS(X)                                                                                            \
   X(none, "nothing is wrong")                                                                                          \
@@ -70,6 +80,8 @@ enum class Error {
 
 /// Name of the enumerator; "unknown" for any other value.
 const char* to_string(Status status) noexcept;
+/// Name of the enumerator; "unknown" for any other value.
+const char* to_string(AlignmentStatus status) noexcept;
 /// Name of the enumerator; "unknown" for any other value.
 const char* to_string(Error error) noexcept;
 /// Name of the enumerator; "unknown" for any other value.

@@ -6,8 +6,8 @@
 #include "kernel/blocks/matched_frame.hpp"
 #include "simd/kernel.hpp"
 
-#include <maxlogdet/alignment.hpp>
 #include <maxlogdet/inputs.hpp>
+#include <maxlogdet/selection.hpp>
 
 #include <cstddef>
 #include <cstdint>

@@ -206,9 +206,4 @@ BlockReport append_blocks(const Camera* cameras, std::size_t count, const RigidT
   return append_blocks(frame, blocks);
 }
 
-BlockReport append_blocks(const Camera& camera, const RigidTransform& T_cw, const FeatureMatch* matches,
-                          std::size_t size, const BlockOptions& options, BlockStore& blocks) {
-  return append_blocks(&camera, 1, T_cw, matches, size, options, blocks);
-}
-
 }  // namespace maxlogdet

@@ -4,10 +4,10 @@
 #include "kernel/base/memory.hpp"
 #include "simd/camera_models.hpp"
 
+#include <maxlogdet/block_store.hpp>
 #include <maxlogdet/camera.hpp>
 #include <maxlogdet/feature_match.hpp>
 #include <maxlogdet/inputs.hpp>
-#include <maxlogdet/jacobian.hpp>
 
 #include <algorithm>
 #include <cmath>

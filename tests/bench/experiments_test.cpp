@@ -201,8 +201,7 @@ TEST(Epsilon, shares_and_gains_are_those_of_the_selections) {
   for (std::size_t i = 0; i < 4; ++i) {
     SCOPED_TRACE(i);
     Options search = with_budget(i < 2 ? 15 : 75, Strategy::stochastic_greedy);
-    const EigenPrior rows(prior);
-    search.prior = rows.data();
+    search.prior = prior.data();
     search.stochastic.epsilon = i % 2 == 0 ? 0.5 : 0.05;
     search.stochastic.seed = seeds.bits();
     const double of_greedy = f(GreedyOracle<double>(blocks, prior).select(search.budget));

@@ -44,7 +44,7 @@ BlockStore far_blocks(Random& random, int n) {
   BlockStore blocks;
   const Camera camera(450, 450, 0, 0, 50);
   const BlockReport report =
-      append_blocks(camera, RigidTransform::identity(), matches.data(), matches.size(), BlockOptions(), blocks);
+      append_blocks(&camera, 1, RigidTransform::identity(), matches.data(), matches.size(), BlockOptions(), blocks);
   EXPECT_EQ(report.invalid, 0U);
   return blocks;
 }

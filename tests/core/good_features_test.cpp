@@ -142,7 +142,7 @@ TEST(GoodFeatures, after_an_error_all_usable_matches_are_selected) {
   const std::vector<std::uint32_t> usable = usable_of(it.frame);
   const RigidTransform T_cw = rows_of(it.frame.T_cw);
   const Camera pinhole = typical_camera(CameraModel::pinhole);
-  const EigenPrior no_prior(Matrix6(-Matrix6::Identity()));
+  const Matrix6 no_prior = -Matrix6::Identity();
   const std::vector<unsigned char> nothing(200, 0);
   Options options;
   const std::pair<Error, std::function<void()>> mistakes[] = {
@@ -195,7 +195,7 @@ TEST(GoodFeatures, after_an_error_all_usable_matches_are_selected) {
       EXPECT_STREQ(it.good.alignment().reason(), to_string(error));
       for (const std::uint32_t i : usable) EXPECT_TRUE(it.good.is_inlier(i)) << i;
     }
-    EXPECT_TRUE(std::isnan(efficiency(it.good)));
+    EXPECT_TRUE(std::isnan(it.good.efficiency()));
   }
 }
 
@@ -211,23 +211,22 @@ TEST(GoodFeatures, efficiency_compares_the_selection_with_all_matches) {
     for (const bool has_prior : {false, true}) {
       const Matrix6 prior = has_prior ? Matrix6(1e4 * random_prior(random)) : default_information(blocks);
       Options options = with_budget(50);
-      const EigenPrior entries(prior);
-      if (has_prior) options.prior = entries.data();
+      if (has_prior) options.prior = prior.data();
       ASSERT_EQ(good.select(options).status, Status::ok);
       const std::vector<std::uint32_t> selected = selected_of(good);
       const long double expected = std::exp((log_det_of(blocks, selected, prior) - log_det_of(blocks, all, prior)) / 6);
-      EXPECT_NEAR(efficiency(good), static_cast<double>(expected), 1e-6);
-      EXPECT_LT(efficiency(good), 1) << "again";
+      EXPECT_NEAR(good.efficiency(), static_cast<double>(expected), 1e-6);
+      EXPECT_LT(good.efficiency(), 1) << "again";
       EXPECT_EQ(selected_of(good), selected) << "the selection stays";
     }
     good.select(1000);
-    EXPECT_NEAR(efficiency(good), 1, 1e-12);
+    EXPECT_NEAR(good.efficiency(), 1, 1e-12);
   });
   for (const double z : {2.0, -2.0}) {
     good.start(Camera(400, 400, 320, 240), RigidTransform::identity());
     good.add(Eigen::Vector3d(0, 0, z), Eigen::Vector2d(320, 240));
     good.select(10);
-    EXPECT_EQ(std::isnan(efficiency(good)), z < 0) << "it needs a single block";
+    EXPECT_EQ(std::isnan(good.efficiency()), z < 0) << "it needs a single block";
   }
 }
 

@@ -21,6 +21,7 @@ namespace {
 using Pose = Eigen::Matrix<double, 3, 4>;
 
 const PinholeCamera pinhole{458, 457, 367, 248, 50};
+const Camera pinhole_camera = pinhole;
 
 struct Point3f {
   float x, y, z;
@@ -101,10 +102,10 @@ void expect_report(const One& one, const BlockReport& expected) {
     match.camera_id = is_rig ? 1 : 0;
     BlockStore blocks;
     const BlockReport report = is_rig ? append_blocks(cameras, 2, one.T_cw, &match, 1, one.options, blocks)
-                                      : append_blocks(one.camera, one.T_cw, &match, 1, one.options, blocks);
+                                      : append_blocks(&one.camera, 1, one.T_cw, &match, 1, one.options, blocks);
     expect_same(report, expected);
     EXPECT_EQ(blocks.size(), expected.appended);
-    EXPECT_EQ(blocks.invalid_count(), expected.invalid);
+    EXPECT_EQ(blocks.size() - blocks.stored(), expected.invalid);
   }
 }
 
@@ -151,7 +152,7 @@ TEST(Inputs, a_match_of_a_camera_that_is_not_there_has_no_block) {
   FeatureMatch match = one.match();
   match.camera_id = 1;
   BlockStore blocks;
-  EXPECT_EQ(append_blocks(pinhole, identity_pose, &match, 1, BlockOptions(), blocks).unusable, 1U);
+  EXPECT_EQ(append_blocks(&pinhole_camera, 1, identity_pose, &match, 1, BlockOptions(), blocks).unusable, 1U);
 }
 
 TEST(Camera, has_no_image_of_what_is_behind_or_folded_back) {
@@ -209,7 +210,7 @@ void expect_camera_refused(const Camera& camera, Error error) {
 TEST(Inputs, matches_are_given_and_have_one_kind_of_cue) {
   BlockStore blocks;
   const auto error_of = [&](const FeatureMatch* matches, std::size_t size) {
-    return append_blocks(pinhole, identity_pose, matches, size, BlockOptions(), blocks).error;
+    return append_blocks(&pinhole_camera, 1, identity_pose, matches, size, BlockOptions(), blocks).error;
   };
   EXPECT_EQ(error_of(nullptr, 0), Error::none);
   EXPECT_EQ(error_of(nullptr, 1), Error::missing_matches);
@@ -319,15 +320,13 @@ TEST(PointCovariance, is_not_known_without_observations_or_where_it_is_not_finit
     PointCovariance point(p_w);
     expect_known_or_untouched(point, false, true);
     point.observe(pinhole, identity_pose, 1, true);
-    EXPECT_EQ(point.observations(), 0) << "not in front of the camera";
-    expect_known_or_untouched(point, false, true);
+    expect_known_or_untouched(point, false, true);  // not in front of the camera
   }
   const double in_front[3] = {0, 0, 3};
   for (double sigma = 1e-60; sigma < 1e60; sigma *= 1.7) {  // also where the determinant is denormal
     SCOPED_TRACE(sigma);
     PointCovariance extreme(in_front);
     extreme.observe(pinhole, identity_pose, sigma, true);
-    EXPECT_EQ(extreme.observations(), 1);
     expect_known_or_untouched(extreme, true, sigma < 1e-40 || sigma > 1e50);
   }
 }
@@ -341,7 +340,6 @@ TEST(PointCovariance, ignores_observations_by_unusable_numbers) {
   const auto expect_ignored = [&](const char* what, const PinholeCamera& camera, const RigidTransform& T_cw,
                                   double sigma) {
     point.observe(camera, T_cw, sigma, true);
-    EXPECT_EQ(point.observations(), 1) << what;
     ASSERT_TRUE(point.covariance(actual));
     EXPECT_TRUE(std::equal(actual, actual + 9, expected)) << what;
   };
@@ -364,7 +362,8 @@ TEST(PointCovariance, ignores_observations_by_unusable_numbers) {
   PinholeCamera monocular = pinhole;
   monocular.bf = nan;
   point.observe(monocular, identity_pose, 1, false);
-  EXPECT_EQ(point.observations(), 2) << "without a stereo row bf is not read";
+  ASSERT_TRUE(point.covariance(actual));
+  EXPECT_LT(actual[0], expected[0]) << "without a stereo row bf is not read";
 }
 
 TEST(Names, are_distinct_and_those_of_no_enumerator_unknown) {

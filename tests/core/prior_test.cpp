@@ -12,7 +12,7 @@
 namespace maxlogdet::test {
 namespace {
 
-Options with_prior(std::size_t budget, const EigenPrior& prior) {
+Options with_prior(std::size_t budget, const Matrix6& prior) {
   Options options = with_budget(budget);
   options.prior = prior.data();
   return options;
@@ -23,7 +23,7 @@ Options with_prior(std::size_t budget, const EigenPrior& prior) {
 TEST(Prior, follows_the_units_of_the_blocks) {
   for_each_trial(40, [](Random& random) {
     const BlockStore blocks = pushed(any_blocks(random, 60));
-    if (blocks.invalid_count() > 0) return;
+    if (blocks.stored() < blocks.size()) return;
     const bool is_given = random.chance(0.5);
     const Matrix6 information = random_prior(random);
     const auto answer_in = [&](int translation, int rotation, Strategy strategy) {
@@ -31,7 +31,7 @@ TEST(Prior, follows_the_units_of_the_blocks) {
       units.head<3>().setConstant(std::exp2(translation));
       const BlockStore scaled =
           store_of(blocks.size(), [&](std::size_t i) { return Block(stored_block(blocks, i) * units.asDiagonal()); });
-      const EigenPrior prior(Matrix6(units.asDiagonal() * information * units.asDiagonal()));
+      const Matrix6 prior = units.asDiagonal() * information * units.asDiagonal();
       Options options = is_given ? with_prior(30, prior) : with_budget(30);
       options.strategy = strategy;
       return answer_to(scaled, options);
@@ -98,11 +98,10 @@ TEST(Prior, is_used_refused_or_joined_by_the_default_on_the_sides_of_each_limit)
     SCOPED_TRACE((is_estimated ? "rank " + std::to_string(rank) + (is_float ? " in float, " : ", ") : "") +
                  ::testing::PrintToString(information));
     const BlockStore blocks = random_store(random, 40, is_estimated ? 100 : 1);
-    const EigenPrior given(information);
-    const ExpectedPrior expected = expected_prior(blocks, given.data());
+    const ExpectedPrior expected = expected_prior(blocks, information.data());
     EXPECT_FALSE(is_estimated && expected.verdict == Verdict::bad);
     if (expected.verdict == Verdict::unclear && !is_estimated) return;
-    const Answer answer = answer_to(blocks, with_prior(is_estimated ? 20 : 0, given));
+    const Answer answer = answer_to(blocks, with_prior(is_estimated ? 20 : 0, information));
     EXPECT_EQ(answer.error, expected.verdict == Verdict::bad ? Error::invalid_prior : Error::none);
     refused += expected.verdict == Verdict::bad ? 1 : 0;
     if (expected.verdict == Verdict::bad || !expected.is_known) return;

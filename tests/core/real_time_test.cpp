@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // select() and align() allocate nothing and print nothing, and neither does a store within its capacity; where there is
 // no memory, nothing is half made. This program has its allocation functions replaced, so it is a program of its own.
+#include "kernel/frame_recorder.hpp"
 #include "tests/core/feature_frame.hpp"
 #include "tests/support/allocation_counter.hpp"
 #include "tests/support/pool_executor.hpp"
@@ -83,7 +84,7 @@ TEST(RealTime, good_features_allocates_nothing) {
                 aligned += good.align().is_aligned() ? 1 : 0;
                 for (const Options& asked : options) (good.select(asked).has_answer() ? answers : errors) += 1;
                 good.outliers(good.pose());
-                efficiency(good);
+                good.efficiency();
                 for (std::size_t i = 0; i < good.size(); ++i) outliers += good.is_outlier(i) ? 1 : 0;
               }),
               0);
@@ -226,11 +227,16 @@ TEST(RealTime, a_recording_without_memory_ends) {
   const Camera camera(458, 457, 367, 248);
   const double point[3] = {1, 2, 10}, pixel[2] = {400, 300};
   const FeatureMatch match(point, pixel);
+  const unsigned char is_selected = 1;
+  MatchedFrame frame;
+  frame.cameras = &camera;
+  frame.camera_count = 1;
+  frame.T_bw = RigidTransform::identity();
+  frame.matches = &match;
+  frame.size = 1;
   const auto is_recorded = [&] {
     FrameRecorder recorder;
-    const bool is_open = recorder.open(path.c_str());
-    const bool is_done =
-        is_open && recorder.start(camera, RigidTransform::identity()) && recorder.add(match, true) && recorder.finish();
+    const bool is_done = recorder.open(path.c_str()) && recorder.write(frame, &is_selected);
     EXPECT_EQ(recorder.is_open(), is_done);
     return is_done;
   };

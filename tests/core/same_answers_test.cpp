@@ -76,7 +76,7 @@ TEST(SameAnswers, with_denormals_flushed) {
 // Answers on always the same frames, recorded once: no compiler, instruction set or C library may change them. With a
 // prior of 1e-5 I, which was the default when they were recorded.
 TEST(SameAnswers, as_recorded) {
-  const EigenPrior prior(weak_information());
+  const Matrix6 prior = weak_information();
   sim::Hash indices, sizes, bounds;
   Selector selector(500);
   for (const sim::Scene scene : sim::scenes) {

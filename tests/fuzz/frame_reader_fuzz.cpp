@@ -72,7 +72,7 @@ void check_blocks(const sim::Frame& frame) {
       sim::build_blocks(frame, sim::feature_matches(frame, frame.camera.depth_cue()), options, blocks);
   require(report.error == Error::none, "blocks can be made of a frame", to_string(report.error));
   require(blocks.size() == frame.matches.size() && report.appended == blocks.size(), "every match has its candidate");
-  require(report.invalid == blocks.invalid_count(), "invalid candidates are counted");
+  require(report.invalid == blocks.size() - blocks.stored(), "invalid candidates are counted");
   for (std::size_t i = 0; i < blocks.size(); ++i) {
     double block[max_block_rows * state_dimension] = {};
     blocks.block(i, block);

@@ -365,7 +365,7 @@ void check_all(Bytes& bytes) {
 
   Selector selector(capacity, &pool());
   const Selection selection = selector.select(blocks, options);
-  require(selection.invalid_candidates == blocks.invalid_count(), "invalid candidates are counted");
+  require(selection.invalid_candidates == blocks.size() - blocks.stored(), "invalid candidates are counted");
   const Answer timed(selection);
   if (is_refused(blocks, options, capacity, timed)) return;
   require(timed.status != Status::deadline_reached || options.time_limit > 0, "without a limit none is reached");

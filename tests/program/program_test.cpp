@@ -4,13 +4,13 @@
 #include "bench/world/frame_reader.hpp"
 #include "cli/evaluation.hpp"
 #include "cli/report.hpp"
+#include "kernel/frame_recorder.hpp"
 #include "tests/bench/simulated_frames.hpp"
-
-#include <maxlogdet/frame_recorder.hpp>
 
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <iomanip>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -272,27 +272,33 @@ class Evaluate : public Program {
     for (std::size_t i = 0; i < frames; ++i) {
       Frame frame = simulated_frame(random, kind, 160);
       add_errors(random, frame);
-      FrameDetails details;
-      details.has_covariances = variance > 0;
-      details.depth_cue = frame.camera.depth_cue();
-      if (frame.camera.depth_sigma > 0) details.depth_sigma = frame.camera.depth_sigma;
-      details.has_descriptor_distances = true;
-      details.width = 752;
-      details.height = 480;
-      details.T_cw_true = RigidTransform::row_major(frame.T_cw_true->data());
-      const RigidTransform T_cw = RigidTransform::row_major(frame.T_cw_prior.data());
       const std::vector<Camera>& rig = frame.camera.rig;
-      ASSERT_TRUE(rig.empty() ? recorder.start(Camera(frame.camera), T_cw, details)
-                              : recorder.start(rig.data(), rig.size(), T_cw, details));
+      const Camera alone(frame.camera);
       const double covariance[9] = {variance, 0, 0, 0, variance, 0, 0, 0, variance};
+      std::vector<FeatureMatch> matches;
+      std::vector<unsigned char> is_selected;
+      MatchedFrame written;
+      written.cameras = rig.empty() ? &alone : rig.data();
+      written.camera_count = rig.empty() ? 1 : rig.size();
+      written.T_bw = RigidTransform::row_major(frame.T_cw_prior.data());
+      if (frame.camera.depth_sigma > 0) written.options.depth_sigma = frame.camera.depth_sigma;
       for (const Match& from : frame.matches) {
-        FeatureMatch match = feature_match(from, details.depth_cue);
-        match.point_id = from.map_point_id;
+        matches.push_back(feature_match(from, frame.camera.depth_cue()));
+        matches.back().point_id = from.map_point_id;
         const bool is_known = from.map_point_id % known_every == 0;
-        if (variance > 0 && is_known) match.covariance = covariance;
-        ASSERT_TRUE(recorder.add(match, random.chance(0.5), random.integer(0, 100)));
+        if (variance > 0 && is_known) matches.back().covariance = covariance;
+        written.note(matches.back());
+        is_selected.push_back(random.chance(0.5) ? 1 : 0);
       }
-      ASSERT_TRUE(recorder.finish());
+      written.matches = matches.data();
+      written.size = matches.size();
+      ASSERT_TRUE(recorder.write(written, is_selected.data()));
+      const std::string file = path(folder + "/frame_" + std::to_string(1000000 + i).substr(1) + ".csv");
+      const std::string text = text_of(file);
+      std::ofstream stream(file);
+      stream << "# image width,height: 752,480\n# Tcw_true: " << std::setprecision(17);
+      for (std::size_t e = 0; e < 12; ++e) stream << (e > 0 ? "," : "") << (*frame.T_cw_true)[e];
+      stream << '\n' << text;
     }
   }
 
@@ -422,7 +428,7 @@ TEST_F(Evaluate, refuses_frames_that_it_cannot_read_and_folders_that_it_cannot_w
       {" nowhere", "nowhere: cannot be opened; expected a folder of frame_*.csv, or such files"},
       {" frames ./frames/", "./frames/: is given twice"},
       {" ''", "a value is missing"},
-      {" frames", "frames/frame_000001.csv:166: expected 11 fields"},
+      {" frames", "frames/frame_000001.csv:166: expected 10 fields"},
       {" frame_few.csv", "no frame has 10 matches that agree with one pose; expected"},
       {" good --output file/within", "file/within"},
       {" good --output results", "results/evaluation.json"}};
@@ -433,7 +439,7 @@ TEST_F(Evaluate, refuses_frames_that_it_cannot_read_and_folders_that_it_cannot_w
 
 TEST_F(Evaluate, warns_about_columns_that_may_be_misspelt) {
   write_recording("frames", 3);
-  const Outcome outcome = run_script("sed -i s/desc_dist/distance/ frames/*.csv\n" MAXLOGDET_PROGRAM
+  const Outcome outcome = run_script("sed -i s/inv_sigma2/distance/ frames/*.csv\n" MAXLOGDET_PROGRAM
                                      " evaluate frames --budgets 30 --repeats 1 >out.txt 2>err.txt");
   EXPECT_EQ(outcome.exit_code, 0);
   EXPECT_EQ(outcome.err, "maxlogdet: frame_000000: ignores the columns distance\n") << "once for a recording";

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <gtest/gtest.h>
-#include <maxlogdet/isa.hpp>
+#include <maxlogdet/version.hpp>
 
 #include <cstdio>
 #include <cstdlib>

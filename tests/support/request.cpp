@@ -84,8 +84,7 @@ BlockStore any_blocks(Random& random, std::size_t n) {
 
 InformationFactor factor_of(const Matrix6& information) {
   InformationFactor factor;
-  const EigenPrior prior(information);
-  EXPECT_TRUE(factor.reset(prior.data()));
+  EXPECT_TRUE(factor.reset(information.data()));
   return factor;
 }
 
@@ -110,8 +109,7 @@ Options Request::options(Strategy strategy) const {
 }
 
 void Request::set_prior(const Matrix6& information) {
-  const EigenPrior entries(information);
-  prior.assign(entries.data(), entries.data() + information.size());
+  prior.assign(information.data(), information.data() + information.size());
 }
 
 std::size_t Request::required_count() const {
@@ -196,7 +194,7 @@ void expect_sound(const Problem& problem, const Selection& selection, double tol
   EXPECT_TRUE(is_full || !is_more_possible || selection.status == Status::target_reached) << "more could be added";
   EXPECT_TRUE(is_full || selection.status != Status::ok || is_taken.empty());
   EXPECT_FALSE(is_more_possible && selection.status == Status::all_selected);
-  EXPECT_EQ(selection.invalid_candidates, problem.blocks.invalid_count());
+  EXPECT_EQ(selection.invalid_candidates, problem.blocks.size() - problem.blocks.stored());
   EXPECT_TRUE(std::isfinite(selection.log_det));
   GreedyOracle<long double> oracle(problem.blocks, problem.information());
   for (std::size_t j = 0; j < selection.size; ++j) {

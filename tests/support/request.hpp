@@ -4,7 +4,7 @@
 #include "kernel/information/factor.hpp"
 #include "tests/support/support.hpp"
 
-#include <maxlogdet/jacobian.hpp>
+#include <maxlogdet/block_store.hpp>
 
 #include <algorithm>
 #include <cstddef>

@@ -130,7 +130,7 @@ BlockStore blocks_of(const sim::Frame& frame, const BlockKind& kind) {
   BlockStore blocks;
   const RigidTransform T_cw = RigidTransform::row_major(frame.T_cw_prior.data());
   const Camera camera = PinholeCamera(frame.camera);
-  const BlockReport report = append_blocks(camera, T_cw, matches.data(), matches.size(), BlockOptions(), blocks);
+  const BlockReport report = append_blocks(&camera, 1, T_cw, matches.data(), matches.size(), BlockOptions(), blocks);
   EXPECT_EQ(report.error, Error::none) << frame.name << ' ' << kind.name;
   return blocks;
 }

@@ -73,7 +73,7 @@ class OrbSlamHook : public TrackerHook {
     for (const std::uint32_t slot : left_out_) frame.mvbOutlier[slot] = false;
     const IndexRange outliers = features.outliers(Tracker::pose_of(frame));
     for (const std::uint32_t i : outliers) frame.mvbOutlier[features.id(i)] = true;
-    inliers += static_cast<int>(left_out_.size() - outliers.size());
+    inliers += static_cast<int>(left_out_.size() - outliers.size);
     cost_.hook_us += lap();
     return inliers;
   }

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <maxlogdet/adapters/orb_slam.hpp>
-#include <maxlogdet/sophus.hpp>
+#include <maxlogdet/eigen.hpp>
 
 #include <type_traits>
 

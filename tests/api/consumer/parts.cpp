@@ -10,6 +10,8 @@
 #include <cmath>
 #include <cstdio>
 #include <cstring>
+#include <fstream>
+#include <string>
 #include <vector>
 
 bool tracks(const std::vector<Eigen::Vector3d>& points);  // of tracker.cpp
@@ -34,26 +36,25 @@ void select(const std::vector<Eigen::Vector3d>& points) {
   std::vector<maxlogdet::FeatureMatch> matches;
   for (const Eigen::Vector3d& point : points) matches.emplace_back(point, 1.5);
   const maxlogdet::BlockReport report =
-      append_blocks(camera, T_cw, matches.data(), n, maxlogdet::BlockOptions(), blocks);
+      append_blocks(&camera, 1, T_cw, matches.data(), n, maxlogdet::BlockOptions(), blocks);
   if (report.error != maxlogdet::Error::none) std::puts(explain(report.error));
   expect(report.appended == n && report.invalid == 0 && blocks.size() == n && blocks.is_valid(0), "a store");
 
   maxlogdet::Selector selector(n);
   maxlogdet::Options options(100);
-  const maxlogdet::EigenPrior prior(10 * Eigen::Matrix<double, 6, 6>::Identity());
+  const Eigen::Matrix<double, 6, 6> prior = 10 * Eigen::Matrix<double, 6, 6>::Identity();
   options.prior = prior.data();
   const maxlogdet::Selection selection = selector.select(blocks, options);
   expect(selection.status == maxlogdet::Status::ok && selection.size == 100, "a selection");
 }
 
-void record(const std::vector<Eigen::Vector3d>& points, const std::vector<double>& uv, const char* folder) {
-  maxlogdet::FrameRecorder recorder;
-  expect(recorder.open(folder), "a folder");
-  maxlogdet::FrameDetails details;
-  details.T_cw_true = T_cw;
-  recorder.start(camera, T_cw, details);
-  for (std::size_t i = 0; i < n; ++i) recorder.add(maxlogdet::FeatureMatch(points[i], &uv[2 * i]), i % 5 == 0);
-  expect(recorder.finish(), "a recording");
+void record(const std::vector<Eigen::Vector3d>& points, const std::vector<double>& uv, const std::string& folder) {
+  maxlogdet::GoodFeatures good(n);
+  expect(good.record(folder.c_str()), "a folder");
+  good.start(camera, T_cw);
+  for (std::size_t i = 0; i < n; ++i) good.add(points[i], &uv[2 * i]);
+  good.select(100);
+  expect(std::ifstream(folder + "/frame_000000.csv").good(), "a recording");
 }
 
 }  // namespace

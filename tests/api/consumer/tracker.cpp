@@ -26,8 +26,7 @@ bool has_the_log_det_of_eigen() {
   maxlogdet::BlockStore store(1);
   const Eigen::Matrix<double, 2, 6> block = Eigen::Matrix<double, 2, 6>::Ones();
   maxlogdet::push_back(store, block);
-  const Eigen::Matrix<double, 6, 6> information = Eigen::Matrix<double, 6, 6>::Identity();
-  const maxlogdet::EigenPrior prior(information);
+  const Eigen::Matrix<double, 6, 6> prior = Eigen::Matrix<double, 6, 6>::Identity();
   maxlogdet::Options options(1);
   options.prior = prior.data();
   maxlogdet::Selector one(1);
@@ -39,8 +38,9 @@ bool helpers_change_nothing(const std::vector<Eigen::Vector3d>& points) {
   maxlogdet::BlockStore store(points.size());
   std::vector<maxlogdet::FeatureMatch> matches;
   for (const Eigen::Vector3d& point : points) matches.emplace_back(point);
-  append_blocks(maxlogdet::Camera(450, 450, 0, 0), maxlogdet::RigidTransform::identity(), matches.data(),
-                matches.size(), maxlogdet::BlockOptions(), store);
+  const maxlogdet::Camera camera(450, 450, 0, 0);
+  append_blocks(&camera, 1, maxlogdet::RigidTransform::identity(), matches.data(), matches.size(),
+                maxlogdet::BlockOptions(), store);
   maxlogdet::Selector helped(points.size(), &executor), alone(points.size());
   maxlogdet::Options options;
   options.threads = 2;

@@ -11,7 +11,6 @@
 #include <maxlogdet/eigen.hpp>
 #include <maxlogdet/maxlogdet.hpp>
 #include <maxlogdet/opencv.hpp>
-#include <maxlogdet/sophus.hpp>
 #include "orb_slam2_include.inc"
 
 #include <Eigen/Cholesky>

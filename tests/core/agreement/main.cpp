@@ -65,7 +65,8 @@ BlockStore blocks_of(const std::vector<double>& points, DepthCue cue, bool has_c
     if (has_covariances && i % 2 == 0) matches.back().covariance = covariance;
   }
   BlockStore blocks;
-  append_blocks(camera, RigidTransform::row_major(T_cw), matches.data(), matches.size(), BlockOptions(), blocks);
+  const Camera pinhole = camera;
+  append_blocks(&pinhole, 1, RigidTransform::row_major(T_cw), matches.data(), matches.size(), BlockOptions(), blocks);
   return blocks;
 }
 
