@@ -33,14 +33,14 @@ class Aligner {
   /// Without an alignment there is the predicted pose alone.
   void forget(const RigidTransform& T_bw, Error why) noexcept;
   const Alignment& found() const noexcept { return found_; }
-  const RigidTransform& pose() const noexcept { return pose_; }
-  const double* information() const noexcept { return information_; }
+  const RigidTransform& pose() const noexcept { return found_.pose; }
+  const double* information() const noexcept { return found_.information; }
   bool leaves_out_third() const noexcept { return found_.warning != Warning::none; }
   /// After align(), calls visit(i) for each match that had no image at the last pose, or no valid covariance.
   template <class Visitor>
   void for_each_without_error(const Visitor& visit) const noexcept {
-    if (!found_.is_aligned() || found_.measured == finite_) return;
-    const double* const errors = planes_ + simd::plane::error * stride_;
+    if (!found_.is_aligned() || found_.measured == found_.finite) return;
+    const double* const errors = plane(simd::plane::error);
     for (std::size_t lane = 0; lane < lanes_; ++lane) {
       if (match_of_lane_[lane] != no_match && !(errors[lane] < infinity)) visit(match_of_lane_[lane]);
     }
@@ -49,13 +49,19 @@ class Aligner {
  private:
   static constexpr std::uint32_t no_match = 0xFFFFFFFFU;  // of a lane that fills up a pack
 
+  struct Found : Alignment {
+    RigidTransform pose = nullptr;
+    double information[36] = {};
+    std::size_t finite = 0;  // matches with an error at the last pose
+  };
+
   void align_once(const MatchedFrame& frame, const double* prior, unsigned char* is_inlier) noexcept;
-  bool doubts_third() const noexcept;
+  bool doubts_third(DepthCue third) const noexcept;
   bool third_misfits(const MatchedFrame& frame) noexcept;
   simd::ThirdRows count_third(double deviations) const noexcept;
 
   std::size_t read(const MatchedFrame& frame) noexcept;
-  simd::AlignmentInput part_of(const MatchedFrame& frame, const Camera& camera, std::size_t begin) noexcept;
+  simd::AlignmentInput part_of(const MatchedFrame& frame, const Camera& camera, std::size_t begin) const noexcept;
   void read_match(const MatchedFrame& frame, std::size_t i, std::size_t lane) noexcept;
   void clear_lane(std::size_t lane) noexcept;
   void measure_radian() noexcept;
@@ -66,28 +72,27 @@ class Aligner {
   void find_inliers() noexcept;
   double median_distance(const double* T_bw) const noexcept;
   bool is_far_off() const noexcept;
-  double median_error(std::size_t& finite) noexcept;
+  double median_error() noexcept;
   void whiten() noexcept;
   void measure_errors() noexcept;
   bool step(simd::RobustWeight weight) noexcept;
-  double* plane(std::size_t value) noexcept { return planes_ + value * stride_; }
+  double* plane(std::size_t value) const noexcept { return planes_ + value * stride_; }
+  const simd::RobustLimits& limits_of(std::size_t lane) const noexcept {
+    return simd::robust_limits[plane(simd::plane::has_third)[lane] == 0 ? 0 : 1];
+  }
 
   const simd::Kernel* kernel_;
+  std::size_t stride_;  // of planes, an odd number of cache lines
   AlignedArray<double> planes_;
   AlignedArray<float> errors_;
   std::vector<std::uint32_t> match_of_lane_;
   std::vector<unsigned char> fits_with_third_;  // per match, while the frame is aligned without
   std::vector<simd::AlignmentInput> parts_;     // one for each camera with matches
-  DepthCue third_ = DepthCue::none;
-  std::size_t part_count_ = 0, lanes_ = 0, stride_ = 0;
-  bool by_map_ = false;
+  std::size_t lanes_ = 0;
 
   RigidMotion motion_;
-  RigidTransform pose_ = nullptr;
   const double* prior_ = nullptr;
-  double information_[36] = {};
-  Alignment found_;
-  std::size_t finite_ = 0;    // matches with an image at the pose
+  Found found_;
   double scale_squared_ = 0;  // at the pose
   double radian_squared_ = 0;
   double length_ = 0;  // of the last step, in standard deviations of the pose
