@@ -13,8 +13,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
-#include <utility>
 #include <vector>
 
 namespace maxlogdet {
@@ -34,18 +32,16 @@ constexpr double quantile_of_three = 7.815;
 struct GoodFeatures::State {
   State(std::size_t capacity, Executor* executor);
 
-  MatchedFrame frame_with(const BlockOptions& options) const noexcept;
-  void align(const MatchedFrame& aligned, const double* of_pose) noexcept;
+  void align(const double* of_pose) noexcept;
   void forget_alignment() noexcept;
-  Error make_blocks(const BlockOptions& options) noexcept;
+  Error make_blocks() noexcept;
   bool has_image(std::size_t i) const noexcept;
   void explain_rejected() noexcept;
-  bool is_sizeable(std::size_t count) const noexcept;
   Warning warning() const noexcept;
 
   void clear_answer() noexcept;
   void take(std::size_t i, double gain) noexcept;
-  Error settle(const Options& asked, double cells_per_match, Options& options) noexcept;
+  Error settle(double cells_per_match, Options& options) noexcept;
   void spread_over_image(double cell_count, Options& options) noexcept;
   void select_candidates(const Options& options) noexcept;
   void fill_up(const Options& asked, double cells_per_match) noexcept;
@@ -115,12 +111,7 @@ void GoodFeatures::start(const Camera& camera, const RigidTransform& T_cw) noexc
 
 void GoodFeatures::start(const Camera* cameras, std::size_t count, const RigidTransform& T_bw) noexcept {
   State& s = *state_;
-  s.frame = MatchedFrame();
-  s.frame.cameras = cameras;
-  s.frame.camera_count = cameras == nullptr ? 0 : count;
-  s.frame.T_bw = T_bw;
-  s.frame.matches = s.matches.data();
-  s.frame.usable = s.is_usable.data();
+  s.frame = MatchedFrame{cameras, cameras == nullptr ? 0 : count, T_bw, s.matches.data(), 0, s.is_usable.data()};
   s.added = 0;
   s.blocks.clear();
   s.report = BlockReport();
@@ -152,30 +143,25 @@ std::uint32_t GoodFeatures::id(std::size_t i) const noexcept {
 
 // Alignment
 
-MatchedFrame GoodFeatures::State::frame_with(const BlockOptions& options) const noexcept {
-  MatchedFrame with = frame;
-  with.options = options;
-  return with;
-}
-
 void GoodFeatures::State::forget_alignment() noexcept {
   aligner.forget(frame.T_bw, Error::none);
   std::copy_n(is_usable.begin(), frame.size, is_inlier.begin());
 }
 
 // Nothing is rejected in a frame with an error.
-void GoodFeatures::State::align(const MatchedFrame& aligned, const double* of_pose) noexcept {
+void GoodFeatures::State::align(const double* of_pose) noexcept {
   forget_alignment();
-  Error error = check(aligned);
+  Error error = check(frame);
   Prior of_start;
   if (error == Error::none && of_pose != nullptr && !(of_start.read(of_pose) && of_start.is_semidefinite()))
     error = Error::invalid_prior;
   if (error != Error::none) return aligner.forget(frame.T_bw, error);
-  aligner.align(aligned, of_pose != nullptr ? of_start.entries : nullptr, is_inlier.data());
+  aligner.align(frame, of_pose != nullptr ? of_start.entries : nullptr, is_inlier.data());
 }
 
 Alignment GoodFeatures::align(const double* prior) noexcept {
-  state_->align(state_->frame_with(block_options), prior);
+  state_->frame.options = block_options;
+  state_->align(prior);
   return alignment();
 }
 Alignment GoodFeatures::alignment() const noexcept { return state_->aligner.found(); }
@@ -188,8 +174,8 @@ bool GoodFeatures::is_inlier(std::size_t i) const noexcept {
 // Blocks
 
 // Of inliers, at the aligned pose.
-Error GoodFeatures::State::make_blocks(const BlockOptions& options) noexcept {
-  MatchedFrame of_inliers = frame_with(options);
+Error GoodFeatures::State::make_blocks() noexcept {
+  MatchedFrame of_inliers = frame;
   of_inliers.T_bw = aligner.pose();
   of_inliers.usable = is_inlier.data();
   if (aligner.leaves_out_third()) of_inliers.depth_cue = DepthCue::none;
@@ -200,11 +186,6 @@ Error GoodFeatures::State::make_blocks(const BlockOptions& options) noexcept {
 
 const BlockReport& GoodFeatures::block_report() const noexcept { return state_->report; }
 const BlockStore& GoodFeatures::blocks() const noexcept { return state_->blocks; }
-
-bool GoodFeatures::State::is_sizeable(std::size_t count) const noexcept {
-  const auto usable = std::count(is_usable.begin(), is_usable.begin() + static_cast<std::ptrdiff_t>(frame.size), 1);
-  return count >= sizeable_count && static_cast<double>(count) >= sizeable_share * static_cast<double>(usable);
-}
 
 bool GoodFeatures::State::has_image(std::size_t i) const noexcept {
   const Camera& camera = frame.cameras[matches[i].camera_id];
@@ -230,16 +211,15 @@ Warning GoodFeatures::State::warning() const noexcept {
   const Alignment& found = aligner.found();
   if (found.warning != Warning::none) return found.warning;
   const std::size_t missing = report.invalid - report.unusable;
-  const bool has_failed =
-      found.status != AlignmentStatus::none && !found.is_aligned() && found.measured >= Aligner::fewest_matches;
-  if (!is_sizeable(missing)) return has_failed ? Warning::not_aligned : Warning::none;
-  const std::pair<std::size_t, Warning> causes[] = {
-      {report.behind_camera, Warning::behind_camera},
-      {report.invalid_covariances, Warning::invalid_covariances},
-      {missing - report.behind_camera - report.invalid_covariances, Warning::unbounded_blocks}};
-  return std::max_element(std::begin(causes), std::end(causes),
-                          [](const auto& a, const auto& b) { return a.first < b.first; })
-      ->second;
+  const auto usable = std::count(is_usable.begin(), is_usable.begin() + static_cast<std::ptrdiff_t>(frame.size), 1);
+  if (missing < sizeable_count || static_cast<double>(missing) < sizeable_share * static_cast<double>(usable)) {
+    const bool has_failed =
+        found.status != AlignmentStatus::none && !found.is_aligned() && found.measured >= Aligner::fewest_matches;
+    return has_failed ? Warning::not_aligned : Warning::none;
+  }
+  const std::size_t unbounded = missing - report.behind_camera - report.invalid_covariances;
+  if (report.behind_camera >= std::max(report.invalid_covariances, unbounded)) return Warning::behind_camera;
+  return report.invalid_covariances >= unbounded ? Warning::invalid_covariances : Warning::unbounded_blocks;
 }
 
 // The answer
@@ -260,26 +240,23 @@ void GoodFeatures::State::take(std::size_t i, double gain) noexcept {
   is_selected[i] = 1;
 }
 
-// What the matches require, and where they are, becomes `options` for the candidates. Required matches count towards
-// the budget, with a block or without one, which is taken here.
-Error GoodFeatures::State::settle(const Options& asked, double cells_per_match, Options& options) noexcept {
+// What the matches require, and where they are, becomes part of the options for the candidates. Required matches count
+// towards the budget, with a block or without one, which is taken here.
+Error GoodFeatures::State::settle(double cells_per_match, Options& options) noexcept {
   if (!(cells_per_match >= 0) || cells_per_match == infinity) return Error::invalid_groups;
-  if (asked.required != nullptr) return Error::misplaced_required;
-  std::size_t required = 0, with_block = 0;
+  if (options.required != nullptr) return Error::misplaced_required;
+  std::size_t required = 0;
   for (std::size_t i = 0; i < frame.size; ++i) {
     const bool is_needed = matches[i].is_required && is_usable[i] != 0;
     is_required[i] = is_needed && blocks.is_valid(i) ? 1 : 0;
-    with_block += is_required[i];
-    required += is_needed ? 1 : 0;
+    required += is_required[i];
+    if (is_needed && is_required[i] == 0) take(i, not_a_number);
   }
-  if (required > asked.budget) return Error::infeasible;
-  for (std::size_t i = 0; i < frame.size && with_block < required; ++i) {
-    if (matches[i].is_required && is_usable[i] != 0 && !blocks.is_valid(i)) take(i, not_a_number);
-  }
-  options.budget = asked.budget - summary.size;
-  if (with_block > 0) options.required = is_required.data();
-  if (cells_per_match > 0 && asked.groups.ids == nullptr && frame.size > 0)
-    spread_over_image(cells_per_match * static_cast<double>(asked.budget), options);
+  if (required + summary.size > options.budget) return Error::infeasible;
+  if (cells_per_match > 0 && options.groups.ids == nullptr && frame.size > 0)
+    spread_over_image(cells_per_match * static_cast<double>(options.budget), options);
+  options.budget -= summary.size;
+  if (required > 0) options.required = is_required.data();
   return Error::none;
 }
 
@@ -314,7 +291,7 @@ void GoodFeatures::State::fill_up(const Options& asked, double cells_per_match) 
   }
   if (status == Status::deadline_reached) return;
   bool are_all_in = true;
-  for (std::size_t i = 0; i < frame.size; ++i) are_all_in = are_all_in && (is_inlier[i] == 0 || is_selected[i] != 0);
+  for (std::size_t i = 0; i < frame.size; ++i) are_all_in &= is_inlier[i] == 0 || is_selected[i] != 0;
   if (are_all_in) {
     const Alignment& found = aligner.found();
     const bool are_rejected = found.is_aligned() && found.inliers < found.measured;
@@ -342,16 +319,16 @@ Selection GoodFeatures::select(const Options& options) noexcept {
   s.clear_answer();
   s.has_prior = options.prior != nullptr;
   if (s.has_prior) std::copy_n(options.prior, state_dimension * state_dimension, s.prior);
+  s.frame.options = block_options;
+  rejects_outliers ? s.align(options.prior) : s.forget_alignment();
+  Error error = s.make_blocks();
   Options settled = options;
-  rejects_outliers ? s.align(s.frame_with(block_options), options.prior) : s.forget_alignment();
-  Error error = s.make_blocks(block_options);
-  if (error == Error::none) error = s.settle(options, spread, settled);
+  if (error == Error::none) error = s.settle(spread, settled);
   settled.time_limit = time.left();
   error == Error::none ? s.select_candidates(settled) : s.select_usable(error);
   s.fill_up(options, spread);
   s.explain_rejected();
   s.summary.warning = s.summary.status == Status::error ? Warning::none : s.warning();
-  s.frame.options = block_options;
   if (s.is_record_due) s.record();
   return selection();
 }
@@ -391,7 +368,8 @@ IndexRange GoodFeatures::outliers(const RigidTransform& T_cw) noexcept {
   State& s = *state_;
   s.outliers.clear();
   s.judged = 0;
-  MatchedFrame at = s.frame_with(block_options);
+  s.frame.options = block_options;
+  MatchedFrame at = s.frame;
   at.T_bw = T_cw;
   if (at.has_mixed_cues || s.aligner.leaves_out_third()) at.depth_cue = DepthCue::none;
   at.has_mixed_cues = false;

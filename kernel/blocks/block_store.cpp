@@ -14,7 +14,6 @@ namespace maxlogdet {
 namespace {
 
 constexpr std::size_t floats_per_line = line_size / sizeof(float);
-constexpr int most_rows = max_block_rows;
 static_assert(simd::point_plane == std::size_t{state_dimension} * max_block_rows,
               "planes of points come after those of entries");
 
@@ -25,16 +24,17 @@ const simd::Kernel* kernel_to_use() noexcept {
   return active != nullptr ? active : simd::built_in()[0];
 }
 
-// Rounds a block to float32. Returns false if it is null, has not 1 to 3 rows, or float32 cannot hold it.
-bool round_block(const double* block, int rows, float (&rounded)[max_block_rows][state_dimension]) noexcept {
-  if (block == nullptr || rows < 1 || rows > max_block_rows) return false;
-  for (int row = 0; row < rows; ++row) {
-    for (int column = 0; column < state_dimension; ++column) {
-      rounded[row][column] = static_cast<float>(*block++);
-      if (!std::isfinite(rounded[row][column])) return false;
-    }
-  }
-  return true;
+// Whether it has 1 to 3 rows, and float32 can hold them.
+bool is_held(const double* block, int rows) noexcept {
+  return block != nullptr && rows >= 1 && rows <= max_block_rows &&
+         std::all_of(block, block + state_dimension * rows,
+                     [](double entry) { return std::isfinite(static_cast<float>(entry)); });
+}
+
+// Writes zeros to rows [from, to) of `count` candidates.
+void clear_rows(int from, int to, std::size_t count, float* planes, std::size_t stride) noexcept {
+  for (int plane = state_dimension * from; plane < state_dimension * to; ++plane)
+    std::fill_n(planes + static_cast<std::size_t>(plane) * stride, count, 0.0F);
 }
 
 void raise(double (&maxima)[state_dimension], const double (&others)[state_dimension]) noexcept {
@@ -107,7 +107,7 @@ void BlockStore::clear() noexcept {
 }
 
 bool BlockStore::is_factored() const noexcept {
-  return rows_ == most_rows &&
+  return rows_ == max_block_rows &&
          std::all_of(factored_max_, factored_max_ + state_dimension, [](double largest) { return largest < infinity; });
 }
 
@@ -119,29 +119,29 @@ void BlockStore::make_room(std::size_t more) {
 
 // Called at the first block with this many rows: pads the blocks before it with zero rows.
 void BlockStore::grow_to_rows(int rows) noexcept {
-  for (; rows_ < rows; ++rows_) {
-    for (std::size_t column = 0; column < state_dimension; ++column)
-      std::fill_n(planes_ + (static_cast<std::size_t>(state_dimension * rows_) + column) * stride_, size_, 0.0F);
-  }
+  clear_rows(rows_, rows, size_, planes_, stride_);
+  rows_ = std::max(rows_, rows);
 }
 
 std::size_t BlockStore::push_back(const double* block, int rows) {
-  float rounded[max_block_rows][state_dimension] = {};
-  const bool is_held = round_block(block, rows, rounded);
+  const bool has_block = is_held(block, rows);
   make_room(1);
-  if (is_held) grow_to_rows(rows);
-  for (int row = 0; row < rows_; ++row) {
-    for (int column = 0; column < state_dimension; ++column) {
-      const float entry = is_held ? rounded[row][column] : 0;
-      planes_[static_cast<std::size_t>(state_dimension * row + column) * stride_ + size_] = entry;
-      column_max_[column] = std::max(column_max_[column], std::abs(static_cast<double>(entry)));
-    }
+  if (has_block) {
+    grow_to_rows(rows);
+    factored_max_[0] = infinity;
+  } else {
+    ++invalid_count_;
+    rows = 0;
+  }
+  for (int e = 0; e < state_dimension * rows_; ++e) {
+    const float entry = e < state_dimension * rows ? static_cast<float>(block[e]) : 0;
+    double& largest = column_max_[e % state_dimension];
+    planes_[static_cast<std::size_t>(e) * stride_ + size_] = entry;
+    largest = std::max(largest, std::abs(static_cast<double>(entry)));
   }
   for (std::size_t plane = simd::point_plane; plane < simd::planes_of_store; ++plane)
     planes_[plane * stride_ + size_] = 0;
-  if (is_held) factored_max_[0] = infinity;
-  invalid_count_ += is_held ? 0 : 1;
-  valid_[size_] = is_held ? 1 : 0;
+  valid_[size_] = has_block ? 1 : 0;
   return size_++;
 }
 
@@ -168,18 +168,13 @@ BlockReport append_blocks(const MatchedFrame& frame, BlockStore& blocks) {
   output.validity = blocks.valid_.get() + blocks.size_;
   if (frame.size > 0) blocks.kernel_->build_blocks(input, output);
 
-  const int rows_written = frame.depth_cue == DepthCue::none ? 2 : 3;
   if (output.valid > 0) {
     blocks.grow_to_rows(output.has_three_rows ? 3 : 2);
     raise(blocks.column_max_, output.column_max);
     raise(blocks.factored_max_, output.factored_max);
   }
-  for (int row = rows_written; row < blocks.rows_; ++row) {
-    for (std::size_t column = 0; column < state_dimension; ++column) {
-      const std::size_t plane = static_cast<std::size_t>(state_dimension * row) + column;
-      std::fill_n(output.planes + plane * output.stride, frame.size, 0.0F);
-    }
-  }
+  const int rows_written = frame.depth_cue == DepthCue::none ? 2 : 3;
+  clear_rows(rows_written, blocks.rows_, frame.size, output.planes, output.stride);
   blocks.size_ += frame.size;
   report.appended = frame.size;
   report.invalid = frame.size - output.valid;
@@ -193,13 +188,7 @@ BlockReport append_blocks(const MatchedFrame& frame, BlockStore& blocks) {
 BlockReport append_blocks(const Camera* cameras, std::size_t count, const RigidTransform& T_bw,
                           const FeatureMatch* matches, std::size_t size, const BlockOptions& options,
                           BlockStore& blocks) {
-  MatchedFrame frame;
-  frame.cameras = cameras;
-  frame.camera_count = count;
-  frame.T_bw = T_bw;
-  frame.matches = matches;
-  frame.size = size;
-  frame.options = options;
+  MatchedFrame frame = {cameras, count, T_bw, matches, size, nullptr, options};
   for (std::size_t i = 0; matches != nullptr && i < size; ++i) {
     if (is_sound(matches[i]) && frame.has_camera_of(matches[i])) frame.note(matches[i]);
   }

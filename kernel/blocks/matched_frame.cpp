@@ -6,6 +6,29 @@ namespace {
 
 constexpr double rotation_tolerance = 1e-3;  // of rotation_error(): accepts poses stored in float32
 
+constexpr std::size_t max_parameters = sizeof Camera::parameters / sizeof(double);
+constexpr std::size_t model_count = sizeof camera_models / sizeof camera_models[0];
+
+constexpr bool are_in_order() noexcept {
+  for (std::size_t i = 0; i < model_count; ++i) {
+    if (camera_models[i] != static_cast<CameraModel>(i)) return false;
+  }
+  return true;
+}
+static_assert(are_in_order(), "MAXLOGDET_CAMERA_MODELS lists all models in the order of the enumerators");
+#define MAXLOGDET_ASSERT(name)                                                     \
+  static_assert(simd::Model<CameraModel::name>::parameter_count <= max_parameters, \
+                "Camera::parameters holds those of " #name);
+MAXLOGDET_CAMERA_MODELS(MAXLOGDET_ASSERT)
+#undef MAXLOGDET_ASSERT
+
+Camera distorted(CameraModel model, const PinholeCamera& pinhole, const double (&parameters)[max_parameters]) noexcept {
+  Camera camera(pinhole);
+  camera.model = model;
+  std::copy_n(parameters, max_parameters, camera.parameters);
+  return camera;
+}
+
 }  // namespace
 
 double RigidTransform::rotation_error() const noexcept {
@@ -30,6 +53,51 @@ bool is_rigid(const RigidTransform& transform) noexcept {
 
 bool is_identity(const RigidTransform& transform) noexcept {
   return std::equal(transform.data(), transform.data() + 12, RigidTransform::identity().data());
+}
+
+bool is_known(CameraModel model) noexcept {
+  return static_cast<int>(model) >= 0 && static_cast<std::size_t>(model) < model_count;
+}
+
+std::size_t parameter_count(CameraModel model) noexcept {
+  if (!is_known(model)) return 0;
+  return simd::with_model(model, [](auto known) { return decltype(known)::parameter_count; });
+}
+
+Camera Camera::radial_tangential(const PinholeCamera& pinhole, double k1, double k2, double p1, double p2,
+                                 double k3) noexcept {
+  return distorted(CameraModel::radial_tangential, pinhole, {k1, k2, p1, p2, k3});
+}
+
+Camera Camera::kannala_brandt(const PinholeCamera& pinhole, double k1, double k2, double k3, double k4) noexcept {
+  return distorted(CameraModel::kannala_brandt, pinhole, {k1, k2, k3, k4, 0});
+}
+
+simd::CameraInput camera_input(const Camera& camera) noexcept {
+  const PinholeCamera& pinhole = camera.pinhole;
+  const double* const T_cb = is_identity(camera.T_cb) ? nullptr : camera.T_cb.data();
+  return {camera.model, pinhole.fx, pinhole.fy, pinhole.cx, pinhole.cy, pinhole.bf, camera.parameters, T_cb};
+}
+
+bool project(const Camera& camera, const double* p_c, double* uv) noexcept {
+  double jacobian[6];
+  return project(camera, p_c, uv, jacobian);
+}
+
+bool project(const Camera& camera, const double* p_c, double* uv, double* jacobian) noexcept {
+  Camera alone = camera;
+  alone.T_cb = RigidTransform::identity();
+  if (check(alone, DepthCue::none) != Error::none || !all_finite(p_c, 3)) return false;
+  const simd::CameraInput input = camera_input(alone);
+  const simd::Image<double> image = simd::project(input, simd::PointOf<double>{p_c[0], p_c[1], p_c[2]});
+  double rows[2][3];
+  simd::set_image_rows(input, image, rows);
+  const double written[2] = {input.fx * image.m_x + input.cx, input.fy * image.m_y + input.cy};
+  if (!image.exists || !all_finite(written, 2) || !all_finite(rows[0], 3) || !all_finite(rows[1], 3)) return false;
+  std::copy_n(written, 2, uv);
+  std::copy_n(rows[0], 3, jacobian);
+  std::copy_n(rows[1], 3, jacobian + 3);
+  return true;
 }
 
 Error check(const Camera& camera, DepthCue third) noexcept {

@@ -56,7 +56,7 @@ struct MatchedFrame {
   const FeatureMatch* matches = nullptr;
   std::size_t size = 0;
   const unsigned char* usable = nullptr;  ///< per match, nonzero if it is used; each by default
-  BlockOptions options;
+  BlockOptions options = {};
 
   DepthCue depth_cue = DepthCue::none;  ///< of the matches, this and the following
   bool has_mixed_cues = false;          ///< some have a right column, and some a depth
