@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The steps of a robust alignment: see simd/alignment.hpp. Projections and derivatives are those of blocks.
+// The steps of a robust alignment: see simd/matches.hpp. Projections and derivatives are those of blocks.
 
 namespace maxlogdet::simd {
 namespace {
@@ -71,7 +71,7 @@ void whiten_lanes(const AlignmentInput& input) {
     const auto covariance = covariance_of<third>(input.T_bw, noise, at.J);
     const double fx = input.camera.fx;
     const Mask tells = covariance.entries[0][0] + covariance.entries[1][1] <= Doubles(fx * fx);
-    const Mask valid = tells & whiten(noise, covariance, W);
+    const Mask valid = tells & whiten<third>(noise, covariance, W);
     const Doubles none(std::numeric_limits<double>::quiet_NaN());
     std::size_t entry = plane::whitening;
     for (int a = 0; a < row_count; ++a) {
@@ -98,8 +98,7 @@ template <DepthCue third>
 [[gnu::always_inline]] inline void weigh_by_sigma(const AlignmentInput& input, std::size_t i, Linearised<third>& at) {
   const Doubles weight = load(input, plane::weight, i);
   for (int a = 0; a < Linearised<third>::row_count; ++a) {
-    const bool is_depth = third == DepthCue::depth && a == 2;
-    const Doubles of_row = is_depth ? Doubles(1 / input.depth_sigma) : weight;
+    const Doubles of_row = weight_of_row<third>(a, weight, input.depth_sigma);
     for (Doubles& entry : at.J[a]) entry *= of_row;
     at.e[a] *= of_row;
   }
@@ -195,20 +194,6 @@ inline Doubles weight_of(const Doubles& error, const Mask& has_third, double sca
     const Doubles rest = one - error / limit_of<Rows>(&RobustLimits::tukey, has_third, scale_squared);
     return xsimd::select(rest > zero, rest * rest, zero);
   }
-}
-
-// An entry that is always zero, which costs nothing.
-struct Zero {};
-inline Zero operator*(const Doubles& /*x*/, Zero /*zero*/) { return {}; }
-inline Doubles operator-(const Doubles& x, Zero /*zero*/) { return x; }
-inline Doubles operator-(Zero /*zero*/, const Doubles& x) { return negated(x); }
-
-// a x (x, y, z).
-template <class X, class Y, class Z>
-inline void cross(const Point& a, const X& x, const Y& y, const Z& z, Doubles (&product)[3]) {
-  product[0] = a.y * z - a.z * y;
-  product[1] = a.z * x - a.x * z;
-  product[2] = a.x * y - a.y * x;
 }
 
 // The weights of a pack, bounded by the error and by the leverage.
@@ -335,42 +320,36 @@ NormalSums add_lanes(const AlignmentInput& input, RobustWeight weight, double sc
   return add_lanes<third, by_map, is_sparse, RobustWeight::inliers>(input, scale_squared);
 }
 
-// visitor(third) of the frame, as a constant.
+// visitor(third, by_map) of the frame, as constants.
 template <class Visitor>
-inline auto with_third(const AlignmentInput& input, const Visitor& visitor) {
+inline auto with_kind(const AlignmentInput& input, const Visitor& visitor) {
+  const auto with_third = [&](auto third) {
+    return input.by_map ? visitor(third, std::true_type()) : visitor(third, std::false_type());
+  };
   switch (input.third) {
     case DepthCue::none: break;
-    case DepthCue::stereo: return visitor(std::integral_constant<DepthCue, DepthCue::stereo>());
-    case DepthCue::depth: return visitor(std::integral_constant<DepthCue, DepthCue::depth>());
+    case DepthCue::stereo: return with_third(std::integral_constant<DepthCue, DepthCue::stereo>());
+    case DepthCue::depth: return with_third(std::integral_constant<DepthCue, DepthCue::depth>());
   }
-  return visitor(std::integral_constant<DepthCue, DepthCue::none>());
+  return with_third(std::integral_constant<DepthCue, DepthCue::none>());
 }
 
 void whiten_matches(const AlignmentInput& input) {
-  with_third(input, [&](auto third) { whiten_lanes<third()>(input); });
+  with_kind(input, [&](auto third, auto /*by_map*/) { whiten_lanes<third()>(input); });
 }
 void measure_leverage(const AlignmentInput& input) {
-  with_third(input, [&](auto third) {
-    input.by_map ? measure_leverage<third(), true>(input) : measure_leverage<third(), false>(input);
-  });
+  with_kind(input, [&](auto third, auto by_map) { measure_leverage<third(), by_map()>(input); });
 }
 void measure_errors(const AlignmentInput& input) {
-  with_third(input, [&](auto third) {
-    input.by_map ? measure_errors<third(), true>(input) : measure_errors<third(), false>(input);
-  });
+  with_kind(input, [&](auto third, auto by_map) { measure_errors<third(), by_map()>(input); });
 }
 ThirdRows count_third(const AlignmentInput& input, double limit) {
-  return with_third(input, [&](auto third) {
-    return input.by_map ? count_third<third(), true>(input, limit) : count_third<third(), false>(input, limit);
-  });
+  return with_kind(input, [&](auto third, auto by_map) { return count_third<third(), by_map()>(input, limit); });
 }
 NormalSums add_normal_equations(const AlignmentInput& input, RobustWeight weight, double scale_squared) {
-  return with_third(input, [&](auto third) {
-    const CameraInput& camera = input.camera;
-    if (input.by_map) return add_lanes<third(), true, false>(input, weight, scale_squared);
-    return camera.model == CameraModel::pinhole && camera.T_cb == nullptr
-               ? add_lanes<third(), false, true>(input, weight, scale_squared)
-               : add_lanes<third(), false, false>(input, weight, scale_squared);
+  return with_kind(input, [&](auto third, auto by_map) {
+    return !by_map() && is_plain(input.camera) ? add_lanes<third(), by_map(), !by_map()>(input, weight, scale_squared)
+                                               : add_lanes<third(), by_map(), false>(input, weight, scale_squared);
   });
 }
 

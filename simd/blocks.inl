@@ -71,12 +71,6 @@ inline Noise noise_of(const BlockInput& input, const Batch& batch, std::size_t i
   return noise;
 }
 
-// An upper triangular A; what is below its diagonal is not read.
-template <int Rows>
-struct Factor {
-  Doubles a[Rows][3];
-};
-
 // Rotates rows a and b, so that b has a zero in `column`, and a what is not negative.
 inline void rotate_rows(int column, Doubles (&a)[3], Doubles (&b)[3]) {
   const Doubles zero(0.0);
@@ -105,7 +99,7 @@ inline void make_triangular(Doubles (&rows)[Rows][3]) {
 // What a camera makes of a pack of matches.
 template <int Rows>
 struct SeenPack {
-  Factor<Rows> factor;
+  Doubles a[Rows][3];           // an upper triangular A; what is below its diagonal is not read
   Mask has_image, is_definite;  // no variance has underflowed to zero, nor has a covariance left no digits
 };
 
@@ -118,8 +112,8 @@ template <DepthCue third>
   const Doubles inverse_z = Doubles(1.0) / p.z;
   const Doubles weight = inverse_z / noise.sigma;
   seen.has_image = p.z > zero;
-  seen.is_definite = noise.sigma * noise.sigma > zero;
-  Doubles(&a)[rows_with(third)][3] = seen.factor.a;
+  seen.is_definite = has_variances<third>(noise);
+  Doubles(&a)[rows_with(third)][3] = seen.a;
   Doubles column = Doubles(camera.fx) * weight;
   a[0][1] = a[0][2] = a[1][2] = zero;
   a[1][1] = Doubles(camera.fy) * weight;
@@ -129,7 +123,6 @@ template <DepthCue third>
     a[2][2] = xsimd::select(noise.has_third, depth, zero);
     a[0][2] = a[2][2];
   } else if constexpr (third == DepthCue::depth) {
-    seen.is_definite = seen.is_definite & ((Doubles(input.depth_sigma * input.depth_sigma) > zero) | !noise.has_third);
     a[2][2] = xsimd::select(noise.has_third, Doubles(1 / input.depth_sigma), zero);
   }
   a[0][0] = column;
@@ -142,28 +135,23 @@ template <DepthCue third, bool by_map>
 [[gnu::always_inline]] inline void see_by_jacobian(const BlockInput& input, const CameraInput& camera, const Point& p_b,
                                                    const Noise& noise, SeenPack<rows_with(third)>& seen) {
   constexpr int row_count = rows_with(third);
-  const Doubles zero(0.0);
   const Point p_c = camera.T_cb == nullptr ? p_b : transform(camera.T_cb, p_b);
   const Image<Doubles> image = image_of<third>(camera, p_c);
-  Doubles(&rows)[row_count][3] = seen.factor.a;
+  Doubles(&rows)[row_count][3] = seen.a;
   set_image_rows(camera, image, rows);
   seen.has_image = image.exists;
   add_third_row<third>(camera.bf, p_c.z, noise.has_third, rows);
   if (camera.T_cb != nullptr) rotate_to_body(camera.T_cb, rows);
   if constexpr (by_map) {
     Doubles whitening[row_count][row_count];
-    seen.is_definite = whiten(noise, covariance_of<third>(input.T_bw, noise, rows), whitening);
+    seen.is_definite = whiten<third>(noise, covariance_of<third>(input.T_bw, noise, rows), whitening);
     multiply_by_lower(whitening, rows);
   } else {
-    seen.is_definite = noise.sigma * noise.sigma > zero;
+    seen.is_definite = has_variances<third>(noise);
     const Doubles weight = Doubles(1.0) / noise.sigma;
-    for (int row = 0; row < (third == DepthCue::stereo ? 3 : 2); ++row) {
-      for (Doubles& entry : rows[row]) entry *= weight;
-    }
-    if constexpr (third == DepthCue::depth) {
-      seen.is_definite =
-          seen.is_definite & ((Doubles(input.depth_sigma * input.depth_sigma) > zero) | !noise.has_third);
-      for (Doubles& entry : rows[2]) entry *= Doubles(1 / input.depth_sigma);
+    for (int row = 0; row < row_count; ++row) {
+      const Doubles of_row = weight_of_row<third>(row, weight, input.depth_sigma);
+      for (Doubles& entry : rows[row]) entry *= of_row;
     }
   }
   make_triangular(rows);
@@ -179,7 +167,7 @@ template <DepthCue third, bool by_map, bool along_rays>
     see_by_jacobian<third, by_map>(input, input.cameras[0], p, noise, seen);
   } else {
     seen.has_image = seen.is_definite = Mask(false);
-    for (auto& row : seen.factor.a) row[0] = row[1] = row[2] = Doubles(0.0);
+    for (auto& row : seen.a) row[0] = row[1] = row[2] = Doubles(0.0);
     for (std::size_t number = 0; number < input.camera_count; ++number) {
       const Mask is_its = batch.load(value::camera, i) == Doubles(static_cast<double>(number));
       if (!xsimd::any(is_its)) continue;
@@ -189,8 +177,7 @@ template <DepthCue third, bool by_map, bool along_rays>
       seen.is_definite = seen.is_definite | (is_its & by_this.is_definite);
       for (int row = 0; row < rows_with(third); ++row) {
         for (int j = row; j < 3; ++j) {
-          Doubles& entry = seen.factor.a[row][j];
-          entry = xsimd::select(is_its, by_this.factor.a[row][j], entry);
+          seen.a[row][j] = xsimd::select(is_its, by_this.a[row][j], seen.a[row][j]);
         }
       }
     }
@@ -199,28 +186,13 @@ template <DepthCue third, bool by_map, bool along_rays>
 
 // H = A [ I | -[p]x ].
 template <int Rows>
-inline void multiply_by_point_jacobian(const Factor<Rows>& factor, const Point& p, Doubles (&h)[Rows][dimension]) {
-  const Doubles zero(0.0);
-  h[0][0] = factor.a[0][0];
-  h[0][1] = factor.a[0][1];
-  h[0][2] = factor.a[0][2];
-  h[0][3] = h[0][2] * p.y - h[0][1] * p.z;
-  h[0][4] = h[0][0] * p.z - h[0][2] * p.x;
-  h[0][5] = h[0][1] * p.x - h[0][0] * p.y;
-  h[1][0] = zero;
-  h[1][1] = factor.a[1][1];
-  h[1][2] = factor.a[1][2];
-  h[1][3] = h[1][2] * p.y - h[1][1] * p.z;
-  h[1][4] = negated(h[1][2] * p.x);
-  h[1][5] = h[1][1] * p.x;
-  if constexpr (Rows == 3) {
-    h[2][0] = zero;
-    h[2][1] = zero;
-    h[2][2] = factor.a[2][2];
-    h[2][3] = h[2][2] * p.y;
-    h[2][4] = negated(h[2][2] * p.x);
-    h[2][5] = zero;
+inline void multiply_by_point_jacobian(const Doubles (&a)[Rows][3], const Point& p, Doubles (&h)[Rows][dimension]) {
+  for (int row = 0; row < Rows; ++row) {
+    for (int j = 0; j < 3; ++j) h[row][j] = j < row ? Doubles(0.0) : a[row][j];
   }
+  cross(p, a[0][0], a[0][1], a[0][2], h[0] + 3);
+  cross(p, Zero(), a[1][1], a[1][2], h[1] + 3);
+  if constexpr (Rows == 3) cross(p, Zero(), Zero(), a[2][2], h[2] + 3);
 }
 
 // Where float32 holds every entry.
@@ -314,7 +286,7 @@ template <DepthCue third, bool by_map, bool along_rays>
   SeenPack<row_count> seen;
   see<third, by_map, along_rays>(input, batch, i, p, noise, seen);
   Doubles h[row_count][dimension];
-  multiply_by_point_jacobian(seen.factor, p, h);
+  multiply_by_point_jacobian(seen.a, p, h);
   const Mask is_placed = is_finite(p);
   const Mask is_there = is_placed & is_positive(noise.sigma);
   const Mask is_valid = is_there & seen.has_image & seen.is_definite & is_held(h);
@@ -358,8 +330,7 @@ void build_blocks(const BlockInput& input, BlockOutput& output) {
 
 template <DepthCue third>
 void build_blocks(const BlockInput& input, BlockOutput& output) {
-  const CameraInput& camera = input.cameras[0];
-  const bool is_alone = input.camera_count == 1 && camera.model == CameraModel::pinhole && camera.T_cb == nullptr;
+  const bool is_alone = input.camera_count == 1 && is_plain(input.cameras[0]);
   if (input.by_map) {
     build_blocks<third, true, false>(input, output);
   } else {

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "simd/alignment.hpp"
-#include "simd/blocks.hpp"
 #include "simd/gain_filter.hpp"
 #include "simd/layouts.hpp"
+#include "simd/matches.hpp"
 
 #include <cstddef>
 #include <cstdint>
@@ -124,7 +123,7 @@ struct ArrayFunctions {
 
 struct Kernel {
   const char* isa;
-  BuildBlocks build_blocks;  ///< from matches to blocks, see simd/blocks.hpp
+  BuildBlocks build_blocks;  ///< from matches to blocks, see simd/matches.hpp
   AlignmentFunctions alignment;
   LayoutFunctions layouts[forms];
   EvaluateTiles evaluate[forms];

@@ -26,6 +26,21 @@ inline Mask is_finite(const Point& p) { return is_finite(p.x) & is_finite(p.y) &
   return {p[0], p[1], p[2]};
 }
 
+// An entry that is always zero, which costs nothing.
+struct Zero {};
+inline Zero operator*(const Doubles& /*x*/, Zero /*zero*/) { return {}; }
+inline Doubles operator-(const Doubles& x, Zero /*zero*/) { return x; }
+inline Doubles operator-(Zero /*zero*/, const Doubles& x) { return negated(x); }
+inline Doubles operator-(Zero /*zero*/, Zero /*zero*/) { return Doubles(0.0); }
+
+// a x (x, y, z).
+template <class X, class Y, class Z>
+inline void cross(const Point& a, const X& x, const Y& y, const Z& z, Doubles* product) {
+  product[0] = a.y * z - a.z * y;
+  product[1] = a.z * x - a.x * z;
+  product[2] = a.x * y - a.y * x;
+}
+
 // Other cameras than pinholes are refused where the third row is a right column.
 template <DepthCue third>
 [[gnu::always_inline]] inline Image<Doubles> image_of(const CameraInput& camera, const Point& p_c) {
@@ -34,6 +49,11 @@ template <DepthCue third>
   } else {
     return project(camera, p_c);
   }
+}
+
+// Whether it is a pinhole that is its own body.
+inline bool is_plain(const CameraInput& camera) {
+  return camera.model == CameraModel::pinhole && camera.T_cb == nullptr;
 }
 
 // Adds the third row by p_c, zeros where there is none: that of the depth, or that of u_right, which is rotated with
@@ -74,12 +94,26 @@ struct Noise {
   Doubles map[6];  // Sigma_p, the upper triangle, by rows
 };
 
+// False where a variance has underflowed to zero.
+template <DepthCue third>
+inline Mask has_variances(const Noise& noise) {
+  const Doubles zero(0.0);
+  const Mask of_pixels = noise.sigma * noise.sigma > zero;
+  if constexpr (third != DepthCue::depth) return of_pixels;
+  return of_pixels & ((noise.of_depth * noise.of_depth > zero) | !noise.has_third);
+}
+
+// 1 over the deviation of a row of z, by that of u and v.
+template <DepthCue third>
+inline Doubles weight_of_row(int row, const Doubles& weight, double depth_sigma) {
+  return third == DepthCue::depth && row == 2 ? Doubles(1 / depth_sigma) : weight;
+}
+
 // S = Sigma_z + B Sigma_p B^T, B = J R of the rows that add_third_row() makes.
 template <int Rows>
 struct Covariance {
   Doubles entries[Rows][Rows];  // the lower triangle
   Doubles norms[Rows];          // per row of B the sum of its magnitudes
-  Mask has_variances;           // false where one of them has underflowed to zero
 };
 
 template <DepthCue third>
@@ -89,7 +123,6 @@ inline Covariance<rows_with(third)> covariance_of(const double* T_bw, const Nois
   const Doubles variance = noise.sigma * noise.sigma;
   const Doubles(&map)[6] = noise.map;
   Covariance<rows> s;
-  s.has_variances = variance > Doubles(0.0);
   Doubles world[rows][3];  // B
   for (int a = 0; a < rows; ++a) {
     const Doubles(&row)[3] = world[a];
@@ -105,9 +138,7 @@ inline Covariance<rows_with(third)> covariance_of(const double* T_bw, const Nois
     }
     s.norms[a] = xsimd::abs(row[0]) + xsimd::abs(row[1]) + xsimd::abs(row[2]);
     if (third == DepthCue::depth && a == 2) {
-      const Doubles of_depth = xsimd::select(noise.has_third, noise.of_depth * noise.of_depth, Doubles(1.0));
-      s.has_variances = s.has_variances & (of_depth > Doubles(0.0));
-      s.entries[a][a] += of_depth;
+      s.entries[a][a] += xsimd::select(noise.has_third, noise.of_depth * noise.of_depth, Doubles(1.0));
     } else {
       s.entries[a][a] += variance;
     }
@@ -155,9 +186,9 @@ template <int Rows>
 }
 
 // A = L^-1 of S = L L^T. Returns where there is one that keeps its digits.
-template <int Rows>
+template <DepthCue third, int Rows>
 [[gnu::always_inline]] inline Mask whiten(const Noise& noise, const Covariance<Rows>& s, Doubles (&A)[Rows][Rows]) {
-  const Mask is_definite = s.has_variances & invert_root(s.entries, A);
+  const Mask is_definite = has_variances<third>(noise) & invert_root(s.entries, A);
   return is_definite & keeps_digits(noise.map, A, s.norms);
 }
 
