@@ -291,7 +291,7 @@ void GoodFeatures::State::fill_up(const Options& asked, double cells_per_match) 
   }
   if (status == Status::deadline_reached) return;
   bool are_all_in = true;
-  for (std::size_t i = 0; i < frame.size; ++i) are_all_in &= is_inlier[i] == 0 || is_selected[i] != 0;
+  for (std::size_t i = 0; i < frame.size; ++i) are_all_in = are_all_in && (is_inlier[i] == 0 || is_selected[i] != 0);
   if (are_all_in) {
     const Alignment& found = aligner.found();
     const bool are_rejected = found.is_aligned() && found.inliers < found.measured;

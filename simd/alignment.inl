@@ -29,29 +29,23 @@ template <DepthCue third>
   Linearised<third> at;
   at.p_b = transform(
       input.T_bw, {load(input, plane::point, i), load(input, plane::point + 1, i), load(input, plane::point + 2, i)});
-  const Point p = camera.T_cb == nullptr ? at.p_b : transform(camera.T_cb, at.p_b);
-  at.p_c = p;
-  const Image<Doubles> image = image_of<third>(camera, p);
-  set_image_rows(camera, image, at.J);
+  at.has_third = third == DepthCue::none ? Mask(false) : load(input, plane::has_third, i) > Doubles(0.0);
+  const Image<Doubles> image = linearise<third>(camera, at.p_b, at.has_third, at.p_c, at.J);
   at.exists = image.exists;
   const Doubles u = Doubles(camera.fx) * image.m_x + Doubles(camera.cx);
   at.e[0] = load(input, plane::measured, i) - u;
   at.e[1] = load(input, plane::measured + 1, i) - (Doubles(camera.fy) * image.m_y + Doubles(camera.cy));
-  at.has_third = Mask(false);
   if constexpr (third != DepthCue::none) {
-    at.has_third = load(input, plane::has_third, i) > Doubles(0.0);
     const Doubles measured = load(input, plane::measured + 2, i);
     if constexpr (third == DepthCue::stereo) {
-      const Doubles of_right = measured - (u - Doubles(camera.bf) / p.z);
+      const Doubles of_right = measured - (u - Doubles(camera.bf) / at.p_c.z);
       at.e[2] = Doubles(root_half) * (of_right - at.e[0]);
       at.e[0] = xsimd::select(at.has_third, Doubles(root_half) * (of_right + at.e[0]), at.e[0]);
     } else {
-      at.e[2] = measured - p.z;
+      at.e[2] = measured - at.p_c.z;
     }
     at.e[2] = xsimd::select(at.has_third, at.e[2], Doubles(0.0));
   }
-  add_third_row<third>(camera.bf, p.z, at.has_third, at.J);
-  if (camera.T_cb != nullptr) rotate_to_body(camera.T_cb, at.J);
   return at;
 }
 
@@ -183,25 +177,20 @@ inline Doubles limit_of(double RobustLimits::*limit, const Mask& has_third, doub
   return xsimd::select(has_third, Doubles(three.*limit / three.median * scale_squared), of_two);
 }
 
-template <RobustWeight weight, int Rows>
-inline Doubles weight_of(const Doubles& error, const Mask& has_third, double scale_squared) {
-  const Doubles zero(0.0), one(1.0);
-  if constexpr (weight == RobustWeight::huber) {
-    const Doubles ratio = limit_of<Rows>(&RobustLimits::huber, has_third, scale_squared) / error;
-    const Doubles bounded = xsimd::select(ratio < one, xsimd::sqrt(ratio), one);  // 0 / 0 is NaN, and not below 1
-    return xsimd::select(ratio < Doubles(smallest_huber_ratio), zero, bounded);
-  } else {
-    const Doubles rest = one - error / limit_of<Rows>(&RobustLimits::tukey, has_third, scale_squared);
-    return xsimd::select(rest > zero, rest * rest, zero);
-  }
-}
-
 // The weights of a pack, bounded by the error and by the leverage.
 template <RobustWeight weight, int Rows>
 inline Doubles weight_at(const AlignmentInput& input, std::size_t i, const Mask& has_third, double scale_squared) {
   if constexpr (weight == RobustWeight::inliers) return load(input, plane::is_inlier, i);
-  return load(input, plane::leverage, i) *
-         weight_of<weight, Rows>(load(input, plane::error, i), has_third, scale_squared);
+  const Doubles zero(0.0), one(1.0);
+  const Doubles error = load(input, plane::error, i);
+  if constexpr (weight == RobustWeight::huber) {
+    const Doubles ratio = limit_of<Rows>(&RobustLimits::huber, has_third, scale_squared) / error;
+    const Doubles bounded = xsimd::select(ratio < one, xsimd::sqrt(ratio), one);  // 0 / 0 is NaN, and not below 1
+    return load(input, plane::leverage, i) * xsimd::select(ratio < Doubles(smallest_huber_ratio), zero, bounded);
+  } else {
+    const Doubles rest = one - error / limit_of<Rows>(&RobustLimits::tukey, has_third, scale_squared);
+    return load(input, plane::leverage, i) * xsimd::select(rest > zero, rest * rest, zero);
+  }
 }
 
 // Sums of a pack of lanes, in the order of NormalSums.

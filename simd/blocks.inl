@@ -135,13 +135,9 @@ template <DepthCue third, bool by_map>
 [[gnu::always_inline]] inline void see_by_jacobian(const BlockInput& input, const CameraInput& camera, const Point& p_b,
                                                    const Noise& noise, SeenPack<rows_with(third)>& seen) {
   constexpr int row_count = rows_with(third);
-  const Point p_c = camera.T_cb == nullptr ? p_b : transform(camera.T_cb, p_b);
-  const Image<Doubles> image = image_of<third>(camera, p_c);
+  Point p_c;
   Doubles(&rows)[row_count][3] = seen.a;
-  set_image_rows(camera, image, rows);
-  seen.has_image = image.exists;
-  add_third_row<third>(camera.bf, p_c.z, noise.has_third, rows);
-  if (camera.T_cb != nullptr) rotate_to_body(camera.T_cb, rows);
+  seen.has_image = linearise<third>(camera, p_b, noise.has_third, p_c, rows).exists;
   if constexpr (by_map) {
     Doubles whitening[row_count][row_count];
     seen.is_definite = whiten<third>(noise, covariance_of<third>(input.T_bw, noise, rows), whitening);

@@ -86,6 +86,20 @@ inline void rotate_to_body(const double* T_cb, Doubles (&J)[Rows][3]) {
   }
 }
 
+// J = d z / d p_b at a point in the frame of the body, of the rows that add_third_row() makes. Returns the image, and
+// sets p_c.
+template <DepthCue third>
+[[gnu::always_inline]] inline Image<Doubles> linearise(const CameraInput& camera, const Point& p_b,
+                                                       const Mask& has_third, Point& p_c,
+                                                       Doubles (&J)[rows_with(third)][3]) {
+  p_c = camera.T_cb == nullptr ? p_b : transform(camera.T_cb, p_b);
+  const Image<Doubles> image = image_of<third>(camera, p_c);
+  set_image_rows(camera, image, J);
+  add_third_row<third>(camera.bf, p_c.z, has_third, J);
+  if (camera.T_cb != nullptr) rotate_to_body(camera.T_cb, J);
+  return image;
+}
+
 // What is uncertain about a match.
 struct Noise {
   Doubles sigma;

@@ -2,6 +2,7 @@
 #include "kernel/alignment/aligner.hpp"
 
 #include "kernel/base/memory.hpp"
+#include "kernel/information/factor.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -31,7 +32,7 @@ constexpr double most_leverage = 100;
 // At a good prediction the scale is smaller than at the aligned pose by chance, but not by so much.
 constexpr double tolerated_growth = 1.25;
 
-// A pivot of Cholesky's factorisation below this share of its diagonal entry is rounding, not information.
+// Of the Cholesky factor of normal equations; below it a step would have next to no digits.
 constexpr double smallest_relative_pivot = 1e-12;
 
 // Third rows are off if they are so by half a deviation; 31 % of normal ones are by chance, on either side.
@@ -64,14 +65,7 @@ void add(const simd::NormalSums& sums, double factor, double (&H)[6][6], double 
 // nearly singular, whatever the units of its rows, that x has next to no digits.
 bool solve(const double (&H)[6][6], const double (&b)[6], double (&x)[6]) noexcept {
   double L[6][6];
-  for (int i = 0; i < 6; ++i) {
-    for (int j = 0; j <= i; ++j) {
-      double sum = H[i][j];
-      for (int k = 0; k < j; ++k) sum -= L[i][k] * L[j][k];
-      if (i == j && !(sum > smallest_relative_pivot * H[i][i])) return false;
-      L[i][j] = i == j ? std::sqrt(sum) : sum / L[j][j];
-    }
-  }
+  if (!cholesky(&H[0][0], smallest_relative_pivot, L)) return false;
   for (int i = 0; i < 6; ++i) {
     x[i] = b[i];
     for (int k = 0; k < i; ++k) x[i] -= L[i][k] * x[k];
@@ -294,19 +288,15 @@ void Aligner::find_inliers() noexcept {
 }
 
 // The median distance of some of the points from the body at a pose.
-double Aligner::median_distance(const double* T_bw) const noexcept {
+double Aligner::median_distance(const RigidTransform& T_bw) const noexcept {
   constexpr std::size_t most = 64;
   double squares[most + 1];
   std::size_t count = 0;
-  const double* const p = planes_ + planes::point * stride_;
   for (std::size_t lane = 0; lane < lanes_; lane += lanes_ / most + 1) {
-    if (match_of_lane_[lane] == no_match) continue;
-    double square = 0;
-    for (std::size_t row = 0; row < 3; ++row) {
-      const double* const r = T_bw + 4 * row;
-      const double coordinate = r[0] * p[lane] + r[1] * p[stride_ + lane] + r[2] * p[2 * stride_ + lane] + r[3];
-      square += coordinate * coordinate;
-    }
+    double p_w[3], p_b[3];
+    for (std::size_t d = 0; d < 3; ++d) p_w[d] = plane(planes::point + d)[lane];
+    T_bw.transform(p_w, p_b);
+    const double square = p_b[0] * p_b[0] + p_b[1] * p_b[1] + p_b[2] * p_b[2];
     if (std::isfinite(square)) squares[count++] = square;
   }
   if (count == 0) return 0;
@@ -315,8 +305,8 @@ double Aligner::median_distance(const double* T_bw) const noexcept {
 }
 
 bool Aligner::is_far_off() const noexcept {
-  const double predicted = median_distance(motion_.start_pose());
-  const double found = median_distance(motion_.pose());
+  const double predicted = median_distance(RigidTransform::row_major(motion_.start_pose()));
+  const double found = median_distance(RigidTransform::row_major(motion_.pose()));
   return found > most_growth * predicted || predicted > most_growth * found;
 }
 

@@ -70,7 +70,7 @@ class Aligner {
   AlignmentStatus find_pose() noexcept;
   bool settle(simd::RobustWeight weight, double short_step) noexcept;
   void find_inliers() noexcept;
-  double median_distance(const double* T_bw) const noexcept;
+  double median_distance(const RigidTransform& T_bw) const noexcept;
   bool is_far_off() const noexcept;
   double median_error() noexcept;
   void whiten() noexcept;

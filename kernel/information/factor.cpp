@@ -14,26 +14,13 @@ using simd::double_unit_roundoff;
 
 constexpr int n = InformationFactor::n;
 
-// A Cholesky pivot below this share of its diagonal entry is rounding, not information.
+// Of a Cholesky pivot of a prior.
 constexpr double smallest_relative_pivot = 1e-14;
 
 // A constant of the error analysis in docs/numerics.md, rounded up.
 constexpr double update_error = 192 * double_unit_roundoff;
 // The norm of W is recomputed after each of the first blocks, which change it most, and then at this interval.
 constexpr std::uint32_t norm_interval = 8;
-
-// The lower Cholesky factor of a symmetric matrix; false if it is not safely positive definite.
-bool cholesky(const double* matrix, double (&l)[n][n]) noexcept {
-  for (int i = 0; i < n; ++i) {
-    for (int j = 0; j <= i; ++j) {
-      double sum = matrix[n * i + j];
-      for (int d = 0; d < j; ++d) sum -= l[i][d] * l[j][d];
-      if (i == j && !(sum > 0 && sum > smallest_relative_pivot * matrix[n * i + i])) return false;
-      l[i][j] = i == j ? std::sqrt(sum) : sum / l[j][j];
-    }
-  }
-  return true;
-}
 
 // Scaling x by 4^k scales this by 2^k, exactly.
 double power_of_two_near_root(double x) noexcept {
@@ -42,9 +29,21 @@ double power_of_two_near_root(double x) noexcept {
 
 }  // namespace
 
+bool cholesky(const double* matrix, double smallest_pivot, double (&l)[n][n]) noexcept {
+  for (int i = 0; i < n; ++i) {
+    for (int j = 0; j <= i; ++j) {
+      double sum = matrix[n * i + j];
+      for (int d = 0; d < j; ++d) sum -= l[i][d] * l[j][d];
+      if (i == j && !(sum > 0 && sum > smallest_pivot * matrix[n * i + i])) return false;
+      l[i][j] = i == j ? std::sqrt(sum) : sum / l[j][j];
+    }
+  }
+  return true;
+}
+
 bool InformationFactor::reset(const double* prior) noexcept {
   double l[n][n] = {};
-  if (!cholesky(prior, l)) return false;
+  if (!cholesky(prior, smallest_relative_pivot, l)) return false;
   trace_ = 0;
   prior_log_det_ = 0;
   for (int i = 0; i < n; ++i) {
