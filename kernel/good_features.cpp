@@ -368,9 +368,9 @@ IndexRange GoodFeatures::outliers(const RigidTransform& T_cw) noexcept {
   State& s = *state_;
   s.outliers.clear();
   s.judged = 0;
-  s.frame.options = block_options;
   MatchedFrame at = s.frame;
   at.T_bw = T_cw;
+  at.options = block_options;
   if (at.has_mixed_cues || s.aligner.leaves_out_third()) at.depth_cue = DepthCue::none;
   at.has_mixed_cues = false;
   if (!is_rigid(T_cw)) return IndexRange();

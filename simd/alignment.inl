@@ -74,35 +74,29 @@ void whiten_lanes(const AlignmentInput& input) {
   }
 }
 
-template <DepthCue third>
-[[gnu::always_inline]] inline void weigh_by_map(const AlignmentInput& input, std::size_t i, Linearised<third>& at) {
-  constexpr int row_count = rows_with(third);
-  Doubles W[row_count][row_count], e[row_count][1];
-  std::size_t entry = plane::whitening;
-  for (int a = 0; a < row_count; ++a) {
-    for (int b = 0; b <= a; ++b) W[a][b] = load(input, entry++, i);
-    e[a][0] = at.e[a];
-  }
-  multiply_by_lower(W, at.J);
-  multiply_by_lower(W, e);
-  for (int a = 0; a < row_count; ++a) at.e[a] = e[a][0];
-}
-
-template <DepthCue third>
-[[gnu::always_inline]] inline void weigh_by_sigma(const AlignmentInput& input, std::size_t i, Linearised<third>& at) {
-  const Doubles weight = load(input, plane::weight, i);
-  for (int a = 0; a < Linearised<third>::row_count; ++a) {
-    const Doubles of_row = weight_of_row<third>(a, weight, input.depth_sigma);
-    for (Doubles& entry : at.J[a]) entry *= of_row;
-    at.e[a] *= of_row;
-  }
-}
-
 // W e and W J.
 template <DepthCue third, bool by_map>
 [[gnu::always_inline]] inline Linearised<third> whitened_at(const AlignmentInput& input, std::size_t i) {
+  constexpr int row_count = rows_with(third);
   Linearised<third> at = linearise_at<third>(input, i);
-  by_map ? weigh_by_map<third>(input, i, at) : weigh_by_sigma<third>(input, i, at);
+  if constexpr (by_map) {
+    Doubles W[row_count][row_count], e[row_count][1];
+    std::size_t entry = plane::whitening;
+    for (int a = 0; a < row_count; ++a) {
+      for (int b = 0; b <= a; ++b) W[a][b] = load(input, entry++, i);
+      e[a][0] = at.e[a];
+    }
+    multiply_by_lower(W, at.J);
+    multiply_by_lower(W, e);
+    for (int a = 0; a < row_count; ++a) at.e[a] = e[a][0];
+  } else {
+    const Doubles weight = load(input, plane::weight, i);
+    for (int a = 0; a < row_count; ++a) {
+      const Doubles of_row = weight_of_row<third>(a, weight, input.depth_sigma);
+      for (Doubles& entry : at.J[a]) entry *= of_row;
+      at.e[a] *= of_row;
+    }
+  }
   return at;
 }
 

@@ -47,7 +47,7 @@ BlockStore::BlockStore(std::size_t capacity) : kernel_(kernel_to_use()) { reserv
 
 BlockStore::BlockStore(const BlockStore& other) : kernel_(other.kernel_) {
   reserve(other.size_);
-  for (std::size_t p = 0; p < simd::planes_of_store && other.size_ > 0; ++p)
+  for (std::size_t p = 0; p < simd::planes_of_store; ++p)
     std::copy_n(other.planes_ + p * other.stride_, other.size_, planes_ + p * stride_);
   std::copy_n(other.valid_.get(), other.size_, valid_.get());
   std::copy_n(other.column_max_, state_dimension, column_max_);
@@ -89,7 +89,7 @@ void BlockStore::reserve(std::size_t capacity) {
   std::unique_ptr<float[]> memory(new float[simd::planes_of_store * stride + floats_per_line]());
   std::unique_ptr<unsigned char[]> valid(new unsigned char[capacity]);
   float* const planes = first_on_a_line(memory.get());
-  for (std::size_t p = 0; p < simd::planes_of_store && size_ > 0; ++p)
+  for (std::size_t p = 0; p < simd::planes_of_store; ++p)
     std::copy_n(planes_ + p * stride_, size_, planes + p * stride);
   std::copy_n(valid_.get(), size_, valid.get());
   memory_ = std::move(memory);
