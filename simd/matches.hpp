@@ -8,7 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 
-// What is made of checked matches at a pose: blocks (maxlogdet/jacobian.hpp has the equations), and the steps of a
+// What is made of checked matches at a pose: blocks (maxlogdet/block_store.hpp has the equations), and the steps of a
 // robust alignment (docs/alignment.md). float64, nothing fused, sums in one order: the same bits on every instruction
 // set.
 

@@ -7,8 +7,8 @@
 #include <utility>
 
 // Points and poses of the tracker's own types. A point is anything with members x, y, z, or with [0], [1], [2]:
-// cv::Point3f, Eigen::Vector3d, std::array, a pointer. A pose is whatever PoseTraits knows: maxlogdet/eigen.hpp,
-// maxlogdet/eigen.hpp and maxlogdet/opencv.hpp teach it theirs, and a tracker its own in five lines.
+// cv::Point3f, Eigen::Vector3d, std::array, a pointer. A pose is whatever PoseTraits knows: maxlogdet/eigen.hpp and
+// maxlogdet/opencv.hpp teach it theirs, and a tracker its own in five lines.
 
 namespace maxlogdet {
 
