@@ -32,12 +32,8 @@ class OrbSlamHook : public TrackerHook {
   /// pose, at which matches are judged. Matches beyond the capacity are left alone.
   template <class Frame>
   int align(Frame& frame) {
-    cost_ = HookCost();
-    lap();
     gather(frame);
     const Alignment found = features.align();
-    cost_.status = found.reason();
-    cost_.candidates = cost_.selected = features.size();
     if (found.is_aligned()) Tracker::set_pose(features.pose(), frame);
     features.outliers(features.pose());
     int inliers = 0;
@@ -47,7 +43,6 @@ class OrbSlamHook : public TrackerHook {
       frame.mvbOutlier[features.id(i)] = is_outlier;
       inliers += is_outlier ? 0 : 1;
     }
-    cost_.hook_us = lap();
     return inliers;
   }
 
@@ -55,7 +50,8 @@ class OrbSlamHook : public TrackerHook {
   /// inliers among all. Matches that are not finite are outliers.
   template <class Frame, class Optimize>
   int optimize(Frame& frame, const Optimize& pose_optimization) {
-    select([&] { gather(frame); }, false);
+    gather(frame);
+    select(false);
     using Pointer = typename std::decay<decltype(frame.mvpMapPoints[0])>::type;
     const auto put_back = [&](const Frame* /*of_guard*/) {
       std::size_t i = 0;
@@ -66,15 +62,12 @@ class OrbSlamHook : public TrackerHook {
     std::unique_ptr<Frame, decltype(put_back)> guard(&frame, put_back);  // also if the optimiser throws
     for (const std::uint32_t slot : left_out_) frame.mvpMapPoints[slot] = nullptr;
     if (features.alignment().is_aligned()) Tracker::set_pose(features.pose(), frame);
-    cost_.hook_us = lap();
     int inliers = pose_optimization(&frame);
-    cost_.optimize_us = lap();
     guard.reset();
     for (const std::uint32_t slot : left_out_) frame.mvbOutlier[slot] = false;
     const IndexRange outliers = features.outliers(Tracker::pose_of(frame));
     for (const std::uint32_t i : outliers) frame.mvbOutlier[features.id(i)] = true;
     inliers += static_cast<int>(left_out_.size() - outliers.size);
-    cost_.hook_us += lap();
     return inliers;
   }
 

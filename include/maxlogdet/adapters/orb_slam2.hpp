@@ -4,25 +4,7 @@
 #include <maxlogdet/adapters/orb_slam.hpp>
 #include <maxlogdet/opencv.hpp>
 
-// ORB-SLAM2. In its CMakeLists.txt add
-//
-//   find_package(maxlogdet REQUIRED)
-//   target_link_libraries(${PROJECT_NAME} maxlogdet::maxlogdet)
-//
-// in include/Tracking.h include this header and add a member to the class Tracking
-//
-//   maxlogdet::OrbSlam2 mGoodFeatures{200};
-//
-// and in Tracking::TrackLocalMap replace Optimizer::PoseOptimization(&mCurrentFrame) by
-//
-//   mGoodFeatures.align(mCurrentFrame);
-//
-// or, to have g2o refine the pose with a selection of the inliers, by
-//
-//   mGoodFeatures.optimize(mCurrentFrame, Optimizer::PoseOptimization);
-//
-// All other calls of PoseOptimization (TrackWithMotionModel, TrackReferenceKeyFrame, Relocalization) stay as they are:
-// they reject outliers among few matches.
+// docs/trackers.md says where its lines go.
 
 namespace maxlogdet {
 

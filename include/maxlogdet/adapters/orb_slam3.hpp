@@ -6,26 +6,12 @@
 
 #include <type_traits>
 
-// ORB-SLAM3. As orb_slam2.hpp tells for ORB-SLAM2, with the member
+// docs/trackers.md says where its lines go.
 //
-//   maxlogdet::OrbSlam3 mGoodFeatures{200};
-//
-// In Tracking::TrackLocalMap replace Optimizer::PoseOptimization(&mCurrentFrame), which stands there twice, by
-//
-//   mGoodFeatures.align(mCurrentFrame);
-//
-// or, to have g2o refine the pose with a selection of the inliers, by
-//
-//   mGoodFeatures.optimize(mCurrentFrame, Optimizer::PoseOptimization);
-//
-// and in the same way the two inertial ones, by a lambda, because they have a default argument:
-//
-//   mGoodFeatures.optimize(mCurrentFrame, [](Frame* f) { return Optimizer::PoseInertialOptimizationLastFrame(f); });
-//
-// Both also optimise velocity and biases, which matches inform through the pose alone: the six dimensions are the right
-// ones. Both pass the information of their matches on as the next frame's prior, which then includes only the selected
-// ones: a loss, but no error. With an IMU the optimiser forgives near points up to 1.5 times the threshold; unselected
-// matches are judged by the plain one.
+// With an IMU the optimiser also estimates velocity and biases, which matches inform through the pose alone: the six
+// dimensions are the right ones. It passes the information of its matches on as the next frame's prior, which then
+// includes only the selected ones: a loss, but no error. It forgives near points up to 1.5 times the threshold;
+// unselected matches are judged by the plain one.
 
 namespace maxlogdet {
 

@@ -8,21 +8,8 @@
 #include <cstddef>
 #include <cstdint>
 
-// VINS-Fusion. In vins_estimator/src/estimator/estimator.h include this header and add a member to the class Estimator
-//
-//   maxlogdet::VinsFusion good_features{100};
-//
-// at the top of Estimator::optimization add
-//
-//   good_features.ask(*this);
-//
-// and in its loop over f_manager.feature, in that of MARGIN_OLD and in that of outliersRejection, after ++feature_index
-// where there is one (para_Feature counts all features), add
-//
-//   if (good_features.leaves_out(it_per_id.feature_id)) continue;
-//
-// What was not optimised should neither be marginalised into the prior nor removed because of a reprojection error that
-// its unrefined depth causes.
+// docs/trackers.md says where its lines go. What was not optimised should neither be marginalised into the prior nor
+// removed because of a reprojection error that its unrefined depth causes.
 
 namespace maxlogdet {
 
@@ -43,9 +30,9 @@ class VinsFusion : public TrackerHook {
   /// 0) are always selected.
   template <class Estimator>
   void ask(const Estimator& window) {
-    select([&] { gather(window); }, true);
+    gather(window);
+    select(true);
     std::sort(left_out_.begin(), left_out_.end());
-    cost_.hook_us = lap();
   }
 
   /// Returns whether the last question left out the feature of that number, which counts modulo 2^32; never one without

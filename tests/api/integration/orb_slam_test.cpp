@@ -304,14 +304,14 @@ void expect_true_pose(const World& world, const Frame& frame) {
 TYPED_TEST(OrbSlamAdapter, alignment_alone_sets_the_pose_and_flags_the_wrong_matches) {
   OrbWorld<TypeParam> world(this->random, 300, 100, 300);
   EXPECT_EQ(world.good.align(world.frame), 240);
-  EXPECT_STREQ(world.good.cost().status, "aligned");
+  EXPECT_TRUE(world.good.features.alignment().is_aligned());
   expect_true_pose(world, world.frame);
   for (std::size_t i = 0; i < 300; ++i) EXPECT_EQ(world.is_outlier(i), world.is_wrong(i)) << i;
   typename OrbWorld<TypeParam>::Adapter small(100, 200);
   EXPECT_EQ(small.align(world.frame), 160) << "of the first 200";
   world.lose_pose();
   EXPECT_EQ(world.good.align(world.frame), 0);
-  EXPECT_STREQ(world.good.cost().status, "invalid_pose");
+  EXPECT_STREQ(world.good.features.alignment().reason(), "invalid_pose");
   for (std::size_t i = 0; i < 300; ++i) EXPECT_TRUE(world.is_outlier(i)) << i;
 }
 
