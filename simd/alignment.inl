@@ -69,7 +69,7 @@ void whiten_lanes(const AlignmentInput& input) {
     const Doubles none(std::numeric_limits<double>::quiet_NaN());
     std::size_t entry = plane::whitening;
     for (int a = 0; a < row_count; ++a) {
-      for (int b = 0; b <= a; ++b) store(xsimd::select(valid, W[a][b], none), entry++, i, input);
+      for (int b = a; b < row_count; ++b) store(xsimd::select(valid, W[a][b], none), entry++, i, input);
     }
   }
 }
@@ -83,11 +83,11 @@ template <DepthCue third, bool by_map>
     Doubles W[row_count][row_count], e[row_count][1];
     std::size_t entry = plane::whitening;
     for (int a = 0; a < row_count; ++a) {
-      for (int b = 0; b <= a; ++b) W[a][b] = load(input, entry++, i);
+      for (int b = a; b < row_count; ++b) W[a][b] = load(input, entry++, i);
       e[a][0] = at.e[a];
     }
-    multiply_by_lower(W, at.J);
-    multiply_by_lower(W, e);
+    multiply_by_upper(W, at.J);
+    multiply_by_upper(W, e);
     for (int a = 0; a < row_count; ++a) at.e[a] = e[a][0];
   } else {
     const Doubles weight = load(input, plane::weight, i);

@@ -141,7 +141,7 @@ template <DepthCue third, bool by_map>
   if constexpr (by_map) {
     Doubles whitening[row_count][row_count];
     seen.is_definite = whiten<third>(noise, covariance_of<third>(input.T_bw, noise, rows), whitening);
-    multiply_by_lower(whitening, rows);
+    multiply_by_upper(whitening, rows);
   } else {
     seen.is_definite = has_variances<third>(noise);
     const Doubles weight = Doubles(1.0) / noise.sigma;
@@ -150,7 +150,7 @@ template <DepthCue third, bool by_map>
       for (Doubles& entry : rows[row]) entry *= of_row;
     }
   }
-  make_triangular(rows);
+  if (!is_plain(camera)) make_triangular(rows);  // a pinhole's J is triangular
 }
 
 // A pack of matches from lane i of the batch on, each as its camera sees it.

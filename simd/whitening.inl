@@ -160,27 +160,28 @@ inline Covariance<rows_with(third)> covariance_of(const double* T_bw, const Nois
   return s;
 }
 
-// L^-1 of S = L L^T, lower triangular. Returns where S is positive definite. Without loops, whose arrays compilers
-// would keep in memory.
+// U^-1 of S = U U^T, upper triangular, so that an upper triangular J stays so. Returns where S is positive definite.
+// Without loops, whose arrays compilers would keep in memory.
 template <int Rows>
 [[gnu::always_inline]] inline Mask invert_root(const Doubles (&s)[Rows][Rows], Doubles (&inverse)[Rows][Rows]) {
+  constexpr int b = Rows - 1, a = b - 1;  // the last row, and the one before
   const Doubles one(1.0);
-  inverse[0][0] = one / xsimd::sqrt(s[0][0]);
-  const Doubles l10 = s[1][0] * inverse[0][0];
-  const Doubles pivot1 = s[1][1] - l10 * l10;
-  inverse[1][1] = one / xsimd::sqrt(pivot1);
-  inverse[1][0] = negated(l10 * inverse[0][0] * inverse[1][1]);
-  const Mask is_definite = is_positive(s[0][0]) & is_positive(pivot1);
+  inverse[b][b] = one / xsimd::sqrt(s[b][b]);
+  const Doubles u_ab = s[b][a] * inverse[b][b];
+  const Doubles pivot_a = s[a][a] - u_ab * u_ab;
+  inverse[a][a] = one / xsimd::sqrt(pivot_a);
+  inverse[a][b] = negated(u_ab * inverse[b][b] * inverse[a][a]);
+  const Mask is_definite = is_positive(s[b][b]) & is_positive(pivot_a);
   if constexpr (Rows == 2) {
     return is_definite;
   } else {
-    const Doubles l20 = s[2][0] * inverse[0][0];
-    const Doubles l21 = (s[2][1] - l20 * l10) * inverse[1][1];
-    const Doubles pivot2 = s[2][2] - l20 * l20 - l21 * l21;
-    inverse[2][2] = one / xsimd::sqrt(pivot2);
-    inverse[2][1] = negated(l21 * inverse[1][1] * inverse[2][2]);
-    inverse[2][0] = negated((l20 * inverse[2][2] + l10 * inverse[2][1]) * inverse[0][0]);
-    return is_definite & is_positive(pivot2);
+    const Doubles u_0b = s[b][0] * inverse[b][b];
+    const Doubles u_0a = (s[a][0] - u_0b * u_ab) * inverse[a][a];
+    const Doubles pivot_0 = s[0][0] - u_0b * u_0b - u_0a * u_0a;
+    inverse[0][0] = one / xsimd::sqrt(pivot_0);
+    inverse[0][a] = negated(u_0a * inverse[a][a] * inverse[0][0]);
+    inverse[0][b] = negated((u_0b * inverse[0][0] + u_ab * inverse[0][a]) * inverse[b][b]);
+    return is_definite & is_positive(pivot_0);
   }
 }
 
@@ -191,28 +192,28 @@ template <int Rows>
   const Doubles square = map[0] * map[0] + map[3] * map[3] + map[5] * map[5] +
                          Doubles(2.0) * (map[1] * map[1] + map[2] * map[2] + map[4] * map[4]);
   Doubles sum(0.0);
-  for (int a = Rows - 1; a >= 0; --a) {
+  for (int a = 0; a < Rows; ++a) {
     Doubles row = A[a][a] * norms[a];
-    for (int b = 0; b < a; ++b) row += xsimd::abs(A[a][b]) * norms[b];
+    for (int b = a + 1; b < Rows; ++b) row += xsimd::abs(A[a][b]) * norms[b];
     sum += row * row;
   }
   return square * (sum * sum) <= Doubles(max_whitened_covariance * max_whitened_covariance);
 }
 
-// A = L^-1 of S = L L^T. Returns where there is one that keeps its digits.
+// A = U^-1 of S = U U^T. Returns where there is one that keeps its digits.
 template <DepthCue third, int Rows>
 [[gnu::always_inline]] inline Mask whiten(const Noise& noise, const Covariance<Rows>& s, Doubles (&A)[Rows][Rows]) {
   const Mask is_definite = has_variances<third>(noise) & invert_root(s.entries, A);
   return is_definite & keeps_digits(noise.map, A, s.norms);
 }
 
-// rows <- L rows, L lower triangular.
+// rows <- U rows, U upper triangular.
 template <int Rows, int Columns>
-inline void multiply_by_lower(const Doubles (&lower)[Rows][Rows], Doubles (&rows)[Rows][Columns]) {
-  for (int a = Rows - 1; a >= 0; --a) {
+inline void multiply_by_upper(const Doubles (&upper)[Rows][Rows], Doubles (&rows)[Rows][Columns]) {
+  for (int a = 0; a < Rows; ++a) {
     for (int j = 0; j < Columns; ++j) {
-      Doubles sum = lower[a][a] * rows[a][j];
-      for (int b = 0; b < a; ++b) sum += lower[a][b] * rows[b][j];
+      Doubles sum = upper[a][a] * rows[a][j];
+      for (int b = a + 1; b < Rows; ++b) sum += upper[a][b] * rows[b][j];
       rows[a][j] = sum;
     }
   }
