@@ -61,16 +61,8 @@ void add_target_options(CLI::App& command, SelectArguments& arguments) {
   Options& options = arguments.options;
   command.add_flag("--certify", options.certificate, "Prove how far from optimal the answer can be");
   command
-      .add_option("--target-efficiency", options.target.efficiency,
+      .add_option("--target-efficiency", options.target_efficiency,
                   "Stops at this D-efficiency against all candidates, at most 1; 0: none")
-      ->capture_default_str();
-  command
-      .add_option("--target-translation-sigma", options.target.translation_sigma,
-                  "Stops at this expected deviation of the translation, m; 0: none")
-      ->capture_default_str();
-  command
-      .add_option("--target-rotation-sigma", options.target.rotation_sigma,
-                  "Stops at this expected deviation of the rotation, rad; 0: none")
       ->capture_default_str();
 }
 

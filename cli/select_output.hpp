@@ -20,7 +20,7 @@ struct Timing {
 void print_json(const sim::Frame& frame, const SelectArguments& arguments, const Selection& selection,
                 const Timing& timing);
 
-/// Print a table with a row for each frame and, of a single frame, the targets reached and the matches selected.
+/// Print a table with a row for each frame and, of a single frame, the efficiency reached and the matches selected.
 void print_table_header(const SelectArguments& arguments);
 void print_table_row(const sim::Frame& frame, const Selection& selection, const Timing& timing);
 void print_reached(const Options& options, const Selection& selection);

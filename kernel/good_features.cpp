@@ -357,7 +357,7 @@ double GoodFeatures::efficiency() noexcept {
     options.budget += s.is_required[i];
   }
   options.required = s.is_required.data();
-  options.target.efficiency = 1;
+  options.target_efficiency = 1;
   if (s.has_prior) options.prior = s.prior;
   return std::min(s.selector.select(s.blocks, options).efficiency, 1.0);
 }

@@ -26,8 +26,7 @@ Error check(const BlockStore& candidates, const Options& options, const Search& 
   if (candidates.size() > search.capacity()) return Error::capacity_exceeded;
   if (!(options.time_limit >= 0)) return Error::invalid_time_limit;
   if (options.threads < 0) return Error::invalid_threads;
-  const Error of_target = Target::check(options);
-  if (of_target != Error::none) return of_target;
+  if (!(options.target_efficiency >= 0 && options.target_efficiency <= 1)) return Error::invalid_target;
   const double epsilon = options.stochastic.epsilon;
   switch (options.strategy) {
     case Strategy::greedy:

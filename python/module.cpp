@@ -154,7 +154,6 @@ py::object answer_of(const Selection& selection) {
           "error"_a = to_string(selection.error), "warning"_a = to_string(selection.warning),
           "reason"_a = selection.reason(), "log_det"_a = selection.log_det, "upper_bound"_a = selection.upper_bound,
           "certified_efficiency"_a = selection.certified_efficiency(), "efficiency"_a = selection.efficiency,
-          "translation_sigma"_a = selection.translation_sigma, "rotation_sigma"_a = selection.rotation_sigma,
           "searched"_a = selection.searched, "evaluations"_a = selection.evaluations,
           "invalid_candidates"_a = selection.invalid_candidates);
 }
@@ -173,7 +172,7 @@ prior: (6, 6), symmetric; where it leaves a direction free, or None, a weak one 
 strategy: one of maxlogdet.strategies; epsilon and seed are of stochastic_greedy.
 time_limit: s, after which those of most information fill the budget; 0: none.
 groups: (n,) integers, the group of each; at most `maximum` of a group are selected.
-efficiency, translation_sigma (m), rotation_sigma (rad): what is enough ends the selection before the budget; 0: off.
+target_efficiency: the efficiency against all candidates that ends the selection before the budget; 0: off.
 certificate: whether to compute upper_bound.)";
 
 // Defines a function that takes its own arguments, and then the options.
@@ -183,8 +182,8 @@ void def_select(Scope& scope, const char* name, const std::string& doc, py::obje
   scope.def(
       name,
       [select](Own... own, const py::object& prior, const std::string& strategy, double epsilon, std::uint64_t seed,
-               double time_limit, const py::object& groups, std::size_t maximum, double efficiency,
-               double translation_sigma, double rotation_sigma, bool certificate) {
+               double time_limit, const py::object& groups, std::size_t maximum, double target_efficiency,
+               bool certificate) {
         Asked asked{{},
                     optional_array<double>(prior, "prior", {state_dimension, state_dimension}),
                     optional_array<std::uint32_t>(groups, "groups", {any_n}),
@@ -199,16 +198,13 @@ void def_select(Scope& scope, const char* name, const std::string& doc, py::obje
         options.groups.ids = data_or_null(asked.groups);
         const std::uint32_t* const ids = options.groups.ids;
         if (ids != nullptr) options.groups.count = std::size_t{1} + *std::max_element(ids, ids + asked.groups.size());
-        options.target.efficiency = efficiency;
-        options.target.translation_sigma = translation_sigma;
-        options.target.rotation_sigma = rotation_sigma;
+        options.target_efficiency = target_efficiency;
         options.certificate = certificate;
         return select(asked, own...);
       },
       arguments..., py::arg("prior") = py::none(), py::arg("strategy") = "lazy_greedy", py::arg("epsilon") = 0.1,
       py::arg("seed") = 0, py::arg("time_limit") = 0.0, py::arg("groups") = py::none(), py::arg("maximum") = 1,
-      py::arg("efficiency") = 0.0, py::arg("translation_sigma") = 0.0, py::arg("rotation_sigma") = 0.0,
-      py::arg("certificate") = false, (doc + doc_of_options).c_str());
+      py::arg("target_efficiency") = 0.0, py::arg("certificate") = false, (doc + doc_of_options).c_str());
 }
 
 py::object select_blocks(Asked& asked, const py::object& given, std::size_t budget, const py::object& given_required) {

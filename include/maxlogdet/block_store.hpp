@@ -11,8 +11,8 @@
 
 // From matches to blocks. World points p_w, pose T_cw = [R | t] (world to camera), p_c = R p_w + t = (X, Y, Z), camera
 // frame x right, y down, z forward, m. Any other unit of length serves as well, if all lengths have it: points, poses,
-// depths, bf, and the deviations of BlockOptions and Options. The measurement z is (u, v), px, as the camera projects
-// p_c (camera.hpp), and optionally one row more:
+// depths, bf, and the deviations of BlockOptions. The measurement z is (u, v), px, as the camera projects p_c
+// (camera.hpp), and optionally one row more:
 //
 //   u_right = u - bf / Z + shift_of_right  (stereo, of a pinhole)   or   depth = Z  (m).
 //

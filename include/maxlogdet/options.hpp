@@ -23,16 +23,6 @@ enum class Strategy {
 constexpr Strategy strategies[] = {MAXLOGDET_STRATEGIES(MAXLOGDET_ENUMERATOR)};
 #undef MAXLOGDET_ENUMERATOR
 
-/// An accuracy at which the selection ends before the budget is reached; 0: none. If several are given, all must be
-/// met. Required candidates come first, then as many as the targets need: a prefix of the answer without targets.
-struct TargetOptions {
-  double efficiency = 0;         ///< in (0, 1]: the D-efficiency of the selected against all candidates, (det M / det
-                                 ///< M_all)^(1/6), where M_all has the prior and all that are valid
-  double translation_sigma = 0;  ///< m: the expected standard deviation of the translation, the root of the trace of
-                                 ///< its 3 x 3 block of M^-1
-  double rotation_sigma = 0;     ///< rad: the same for the rotation
-};
-
 /// At most so many of a group. Arrays belong to the caller.
 struct GroupOptions {
   const std::uint32_t* ids = nullptr;  ///< n: the group of each candidate, < count, also of invalid ones; nullptr: no
@@ -62,7 +52,11 @@ struct Options {
   const unsigned char* required = nullptr;  ///< n: nonzero is selected in any case, first, and counts towards the
                                             ///< budget; must be valid (BlockStore::is_valid). Of a Selector alone:
                                             ///< GoodFeatures takes FeatureMatch::is_required instead
-  TargetOptions target;                     ///< an accuracy that ends the selection earlier
+  double target_efficiency = 0;             ///< in (0, 1]: the D-efficiency against all candidates, (det M / det
+                                            ///< M_all)^(1/6), that ends the selection before the budget is reached;
+                                            ///< M_all has the prior and all that are valid. Required candidates come
+                                            ///< first, then as many as the target needs: a prefix of the answer
+                                            ///< without it. 0: none
   GroupOptions groups;                      ///< at most so many of a group
   StochasticOptions stochastic;             ///< of stochastic_greedy
   bool certificate = false;                 ///< whether to prove an upper bound of the maximum: Selection::upper_bound

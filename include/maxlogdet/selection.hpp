@@ -63,11 +63,8 @@ struct Selection : IndexRange {
                                        ///< left; NaN if not asked for (Options::certificate)
   int threads = 1;                     ///< how many threads the work was offered to, including the calling one, at
                                        ///< most 16; helpers may have come late or not at all
-  double efficiency = unknown;         ///< (det M / det M_all)^(1/6), see Options::target.efficiency; NaN without
-                                       ///< that target. The last bits of this and the next two may differ between
-                                       ///< C libraries
-  double translation_sigma = unknown;  ///< m, see Options::target.translation_sigma; NaN without that target
-  double rotation_sigma = unknown;     ///< rad, see Options::target.rotation_sigma; NaN without that target
+  double efficiency = unknown;         ///< (det M / det M_all)^(1/6), see Options::target_efficiency; NaN without
+                                       ///< that target. Its last bits may differ between C libraries
 
   /// (det M / det of the bound)^(1/6): the geometric mean of the information over the six directions is at least this
   /// share of that of the best selection. 0 where next to nothing is known. NaN without upper_bound.
@@ -78,7 +75,7 @@ struct Selection : IndexRange {
     if (status == Status::error) return to_string(error);
     return warning != Warning::none ? to_string(warning) : to_string(status);
   }
-  /// Returns whether this is an answer (perhaps cut short by the deadline or a target), not an error.
+  /// Returns whether this is an answer (perhaps cut short by the deadline or the target), not an error.
   bool has_answer() const noexcept { return status != Status::error; }
 
  private:

@@ -40,7 +40,7 @@ class Selector {
   /// The maximum number of candidates, and the maximum budget, of select(); 0 after a move.
   std::size_t capacity() const noexcept;
 
-  /// Selects options.budget of the candidates, or the first of them that meet the targets; none after an error. Never
+  /// Selects options.budget of the candidates, or the first of them that meet the target; none after an error. Never
   /// allocates, locks, throws or prints; reads the clock only for a time limit, and with helpers. Indices are the same
   /// on every processor, compiler and number of threads; ties go to the lowest index.
   Selection select(const BlockStore& candidates, const Options& options) & noexcept;

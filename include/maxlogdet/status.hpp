@@ -7,8 +7,8 @@ namespace maxlogdet {
 enum class Status {
   ok,                ///< as many as the budget asks for were selected (none for a budget of 0, or an empty store)
   all_selected,      ///< no more may be selected: all that constraints allow, perhaps none, are in
-  target_reached,    ///< every target given is met. Reported also if the budget or the candidates are used up at the
-                     ///< same time. With any other status the targets are not met
+  target_reached,    ///< Options::target_efficiency is met. Reported also if the budget or the candidates are used up
+                     ///< at the same time. With any other status it is not met
   deadline_reached,  ///< the time limit passed: the rest of the answer was filled up at once
   few_candidates,    ///< GoodFeatures: fewer matches than the budget have blocks; others fill it
   few_inliers,       ///< GoodFeatures: fewer matches than the budget fit the aligned pose: all of them are selected
@@ -37,7 +37,7 @@ enum class AlignmentStatus {
   X(invalid_time_limit, "time_limit is negative or NaN")                                                               \
   X(invalid_threads, "threads is negative")                                                                            \
   X(invalid_groups, "a group is not below groups.count, or the spread is negative or not finite")                      \
-  X(invalid_target, "a target is negative, NaN or infinite, or target.efficiency is above 1")                          \
+  X(invalid_target, "target_efficiency is not in [0, 1]")                                                              \
   X(infeasible, "a required candidate has no block, or more are required than the budget or a group allows")           \
   X(misplaced_required, "GoodFeatures takes FeatureMatch::is_required, not Options::required")                         \
   X(unsupported_isa, "MAXLOGDET_ISA names an instruction set that is not built in, or not supported by this machine")  \

@@ -27,18 +27,16 @@ Search::Search(std::size_t capacity)
 Error Search::start(const Candidates& candidates, const Options& options, const Deadline& deadline) noexcept {
   candidates_ = candidates;
   deadline_ = deadline;
-  target_ = Target(options);
+  target_efficiency_ = options.target_efficiency;
   budget_ = std::min(options.budget, capacity());
   size_ = decisions_ = 0;
-  is_enough_ = false;
   const Error error = constraints_.reset(candidates_, options);
   if (error != Error::none) return error;
   if (!prior_.start(options.prior, candidates_, sizes_, at_prior_)) return Error::invalid_prior;
   factor_ = at_prior_;
   remaining_ = constraints_.free_count();
   screening_.start(candidates_);
-  if (target_.needs_all()) target_.compare_with(factor_of_all());
-  check_target();
+  if (target_efficiency_ > 0) compare_with_all();
   for (std::size_t j = 0; j < constraints_.required_count(); ++j) take(constraints_.required()[j]);
   return Error::none;
 }
@@ -47,14 +45,6 @@ double Search::add_rows(Index candidate, InformationFactor& to) const noexcept {
   double rows[max_block_rows][state_dimension];
   candidates_.read_rows(candidate, rows);
   return to.add_block(*kernel_, rows, candidates_.rows);
-}
-
-InformationFactor Search::factor_of_all() const noexcept {
-  InformationFactor all = at_prior_;
-  for (std::size_t i = 0; i < candidates_.count; ++i) {
-    if (candidates_.valid[i] != 0) add_rows(static_cast<Index>(i), all);
-  }
-  return all;
 }
 
 Lane Search::find_best() noexcept {
@@ -91,7 +81,6 @@ void Search::select(Lane lane) noexcept {
 void Search::take(Index candidate) noexcept {
   indices_[size_] = static_cast<std::uint32_t>(candidate);
   gains_[size_++] = std::log1p(add_rows(candidate, factor_));
-  check_target();
 }
 
 void Search::reject(Lane lane) noexcept {
@@ -121,14 +110,14 @@ double Search::log_det() const noexcept {
 
 void Search::report(Status status, Selection& selection) const noexcept {
   const bool takes_all = candidates_.count > 0 && budget_ > 0 && remaining_ == 0;
-  selection.status = is_enough_                          ? Status::target_reached
+  selection.status = meets_target()                      ? Status::target_reached
                      : status == Status::ok && takes_all ? Status::all_selected
                                                          : status;
   selection.indices = indices_.data();
   selection.gains = gains_.data();
   selection.size = size_;
   selection.log_det = log_det();
-  target_.report(factor_, selection);
+  if (target_efficiency_ > 0) selection.efficiency = efficiency();
   selection.evaluations = screening_.evaluations();
   selection.float64_decisions = decisions_;
 }

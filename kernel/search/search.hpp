@@ -7,7 +7,6 @@
 #include "kernel/information/prior.hpp"
 #include "kernel/screening/screening.hpp"
 #include "kernel/search/constraints.hpp"
-#include "kernel/search/target.hpp"
 #include "threading/team.hpp"
 
 #include <maxlogdet/options.hpp>
@@ -21,7 +20,7 @@
 namespace maxlogdet {
 
 /// What every strategy works on: the candidates that remain, the answer so far, and its information; in memory that is
-/// allocated once. Strategies change the answer only by what is here, so that groups, targets and the count of what
+/// allocated once. Strategies change the answer only by what is here, so that groups, target and the count of what
 /// remains follow.
 class Search {
  public:
@@ -33,12 +32,12 @@ class Search {
   const simd::Kernel* kernel() const noexcept { return kernel_; }
   threading::Team& team() noexcept { return team_; }
 
-  /// Begins a selection: reads constraints, prior and targets, and selects the required candidates. Returns the first
+  /// Begins a selection: reads constraints, prior and target, and selects the required candidates. Returns the first
   /// error. There is a kernel, and the capacity suffices. `deadline`: since the caller began.
   Error start(const Candidates& candidates, const Options& options, const Deadline& deadline) noexcept;
 
-  /// Whether the budget has room, candidates remain, and the targets are not met.
-  bool wants_more() const noexcept { return missing() > 0 && !is_enough_; }
+  /// Whether the budget has room, candidates remain, and no target is met.
+  bool wants_more() const noexcept { return missing() > 0 && !meets_target(); }
   bool is_late() const noexcept { return deadline_.has_passed(); }
   /// Candidates that may still be selected, and how many of them the budget allows.
   std::size_t remaining() const noexcept { return remaining_; }
@@ -78,10 +77,12 @@ class Search {
 
  private:
   double add_rows(Index candidate, InformationFactor& to) const noexcept;
-  InformationFactor factor_of_all() const noexcept;
   void take(Index candidate) noexcept;
   void reject(Lane lane) noexcept;
-  void check_target() noexcept { is_enough_ = target_.is_asked() && target_.is_met(factor_); }
+  void compare_with_all() noexcept;
+  double against_all(int direction) const noexcept;
+  bool meets_target() const noexcept;
+  double efficiency() const noexcept;
   double log_det() const noexcept;
   double bound_of_traces(std::size_t budget) noexcept;
   std::size_t list_by_trace(std::size_t count) noexcept;
@@ -92,11 +93,9 @@ class Search {
   Prior prior_;
   Constraints constraints_;
   Screening screening_;
-  Target target_;
   Deadline deadline_;
   std::size_t budget_ = 0;     // including required candidates
   std::size_t remaining_ = 0;  // candidates that may still be selected
-  bool is_enough_ = false;     // the targets are met
   std::size_t decisions_ = 0;  // survivors evaluated in float64
 
   // The answer, in order of selection.
@@ -104,6 +103,9 @@ class Search {
   std::vector<std::uint32_t> indices_;
   std::vector<double> gains_;  // the increase in log det when each is added to those before it, nats
   InformationFactor at_prior_, factor_;
+
+  double target_efficiency_ = 0;                  // 0: none
+  double diagonal_of_all_[state_dimension] = {};  // of the Cholesky factor L of M_all, which the target compares with
 
   AlignedArray<float> sizes_;            // of blocks, to find a typical one
   std::vector<Lane> survivors_;          // of a round, between which float64 decides

@@ -27,9 +27,7 @@ class Selection:
     log_det: float  # log det(prior + sum of selected H^T H), nats
     upper_bound: float  # no selection that the options allow has a greater log det
     certified_efficiency: float  # (det M / det of the bound)^(1/6)
-    efficiency: float  # this and the next two: what is reached, in the units of the options
-    translation_sigma: float
-    rotation_sigma: float
+    efficiency: float  # (det M / det M_all)^(1/6): what is reached of target_efficiency
     searched: int  # how many, the first ones, the search itself selected; the rest fill the budget
     evaluations: int  # gains computed; may differ between machines
     invalid_candidates: int  # those without a block

@@ -44,8 +44,6 @@ class Selection:
     upper_bound: float
     certified_efficiency: float
     efficiency: float
-    translation_sigma: float
-    rotation_sigma: float
     searched: int
     evaluations: int
     invalid_candidates: int
@@ -84,9 +82,7 @@ class GoodFeatures:
         time_limit: float = 0.0,
         groups: Optional[ArrayLike] = None,
         maximum: int = 1,
-        efficiency: float = 0.0,
-        translation_sigma: float = 0.0,
-        rotation_sigma: float = 0.0,
+        target_efficiency: float = 0.0,
         certificate: bool = False,
     ) -> Selection: ...
     def align(self, prior: Optional[ArrayLike] = None) -> Dict[str, Union[str, int, float]]: ...
@@ -121,8 +117,6 @@ def select_blocks(
     time_limit: float = 0.0,
     groups: Optional[ArrayLike] = None,
     maximum: int = 1,
-    efficiency: float = 0.0,
-    translation_sigma: float = 0.0,
-    rotation_sigma: float = 0.0,
+    target_efficiency: float = 0.0,
     certificate: bool = False,
 ) -> Selection: ...

@@ -69,9 +69,8 @@ def test_strategies_and_options():
         assert selection.log_det == pytest.approx(best, abs=0.5)
     grouped = maxlogdet.select_blocks(BLOCKS, 100, groups=groups * 1000003, maximum=2)
     assert np.bincount(groups[grouped.indices]).tolist() == [2] * 10 and np.isnan(grouped.efficiency)
-    for name, enough in dict(efficiency=0.5, translation_sigma=0.4, rotation_sigma=0.4).items():
-        selection = maxlogdet.select_blocks(BLOCKS, 90, **{name: enough})
-        assert selection.status == "target_reached" and getattr(selection, name) == pytest.approx(enough, rel=0.2)
+    enough = maxlogdet.select_blocks(BLOCKS, 90, target_efficiency=0.5)
+    assert enough.status == "target_reached" and enough.efficiency == pytest.approx(0.5, rel=0.2)
     cut = maxlogdet.select_blocks(BLOCKS, 20, time_limit=1e-9)
     assert (cut.status, len(cut), cut.searched) == ("deadline_reached", 20, 0)
 

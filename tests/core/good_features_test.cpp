@@ -92,7 +92,7 @@ TEST(GoodFeatures, selects_as_append_blocks_and_a_selector_do_and_fills_the_budg
     if (random.chance(0.2)) options.groups.ids = groups.data();
     options.groups.count = 30;
     good.spread = options.groups.ids != nullptr && random.chance(0.5) ? 1.5 : 0;  // which the groups replace
-    if (random.chance(0.2)) options.target.efficiency = 0.4;
+    if (random.chance(0.2)) options.target_efficiency = 0.4;
 
     frame.gather(good);
     ASSERT_EQ(good.size(), frame.matches.size());
@@ -114,7 +114,7 @@ TEST(GoodFeatures, selects_as_append_blocks_and_a_selector_do_and_fills_the_budg
     EXPECT_EQ(selected_of(good), sorted(indices));
     const bool are_all_kept = frame.matches.size() <= capacity;
     EXPECT_STREQ(good.reason(), are_all_kept || !selection.has_answer() ? selection.reason() : "capacity_exceeded");
-    if (status == Status::error || options.groups.ids != nullptr || options.target.efficiency > 0) return;
+    if (status == Status::error || options.groups.ids != nullptr || options.target_efficiency > 0) return;
 
     for (const double limit : {1e-9, 1e-6, 1.0}) {
       options.time_limit = limit;

@@ -153,9 +153,8 @@ struct Told {
     reason = good.reason();
     log_det = selection.log_det;
     std::vector<double> numbers(selection.gains, selection.gains + selection.size);
-    numbers.insert(numbers.end(), {selection.efficiency, selection.translation_sigma / unit, selection.rotation_sigma});
     const Alignment found = good.alignment();
-    numbers.insert(numbers.end(), {found.scale, static_cast<double>(found.iterations)});
+    numbers.insert(numbers.end(), {selection.efficiency, found.scale, static_cast<double>(found.iterations)});
     const RigidTransform pose = scaled(good.pose(), 1 / unit);
     numbers.insert(numbers.end(), pose.data(), pose.data() + 12);
     good.outliers(good.pose());
@@ -180,7 +179,6 @@ void expect_unit_free(const FeatureFrame& frame, const Options& options, const d
     for (int e = 0; e < 36 && prior != nullptr; ++e)
       in_unit[e] = prior[e] / (e / 6 < 3 ? unit : 1) / (e % 6 < 3 ? unit : 1);
     asked.prior = prior != nullptr ? in_unit : nullptr;
-    asked.target.translation_sigma = options.target.translation_sigma * unit;
     const Told told(scaled(frame, unit), asked, unit);
     EXPECT_EQ(told.indices, expected.indices);
     EXPECT_EQ(told.reason, expected.reason);
@@ -196,8 +194,7 @@ TEST(Units, change_no_selection_no_alignment_and_no_judgement) {
     scene.spoil(random, random.uniform(0, 0.3));
     scene.frame.rejects_outliers = random.chance(0.8);
     Options options = with_budget(40, random.chance(0.7) ? Strategy::lazy_greedy : Strategy::stochastic_greedy);
-    if (random.chance(0.3)) options.target.efficiency = 0.3;
-    if (random.chance(0.3)) options.target.translation_sigma = 0.01;
+    if (random.chance(0.3)) options.target_efficiency = 0.3;
     const Matrix6 prior = random_prior(random) * std::pow(10, random.uniform(-3, 5));
     expect_unit_free(scene.frame, options, random.chance(0.5) ? prior.data() : nullptr);
   });

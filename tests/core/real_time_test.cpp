@@ -33,8 +33,7 @@ Options random_options(Random& random, const Problem& problem) {
   static const double zeros[36] = {};
   Options options = problem.options(strategies[random.index(std::size(strategies))]);
   options.certificate = random.chance(0.5);
-  options.target.efficiency = random.chance(0.1) ? -1 : random.integer(0, 1) * 0.5;
-  options.target.translation_sigma = options.target.rotation_sigma = random.chance(0.5) ? 0.5 : 0;
+  options.target_efficiency = random.chance(0.1) ? -1 : random.integer(0, 1) * 0.5;
   const double limits[] = {0, 1e-5, 1e-9, -1};
   options.time_limit = limits[random.index(random.chance(0.9) ? 3 : 4)];
   if (random.chance(0.1)) options.stochastic.epsilon = -1;

@@ -14,103 +14,59 @@
 namespace maxlogdet::test {
 namespace {
 
-// What an information has reached.
-struct Reached {
-  long double efficiency;
-  long double translation_sigma, rotation_sigma;
-};
-
-// An answer without targets, and what its prefixes have reached, the empty one included.
+// An answer without a target, and the efficiencies of its prefixes, the empty one included.
 class Prefixes {
  public:
   Prefixes(Selector& selector, const Problem& problem) {
     Problem without = problem;
-    without.plain.target = TargetOptions();
+    without.plain.target_efficiency = 0;
     indices = indices_of(selector.select(problem.blocks, without.options()));
     GreedyOracle<long double> all(problem.blocks, problem.information());  // groups do not restrict it
     for (std::size_t i = 0; i < problem.blocks.size(); ++i) {
       if (problem.blocks.is_valid(i)) all.take(i);
     }
-    log_det_of_all_ = all.log_det();
     GreedyOracle<long double> oracle(problem.blocks, problem.information());
-    reached.push_back(reached_by(oracle));
+    const auto efficiency = [&] { return std::exp((oracle.log_det() - all.log_det()) / 6); };
+    efficiencies.push_back(efficiency());
     for (const std::uint32_t i : indices) {
       oracle.take(i);
-      reached.push_back(reached_by(oracle));
+      efficiencies.push_back(efficiency());
     }
   }
 
-  // One to three, of some prefix or nearly so, or far from all.
-  TargetOptions draw_targets(Random& random) const {
-    const auto one_of = [&](const auto& number, long double most) {
-      const long double off = random.chance(0.1) ? random.uniform(0.5, 2) : random.uniform(0.98, 1.02);
-      const long double drawn = number(reached[random.index(reached.size())]) * off;
-      const double far[] = {5e-324, static_cast<double>(most)};
-      if (random.chance(0.05)) return far[random.index(2)];
-      return static_cast<double>(drawn < most ? drawn : most * random.uniform(0.5, 0.99));
-    };
-    const int which = random.integer(1, 7);
-    TargetOptions target;
-    if ((which & 1) != 0) target.efficiency = one_of([](const Reached& of) { return of.efficiency; }, 1);
-    if ((which & 2) != 0)
-      target.translation_sigma = one_of([](const Reached& of) { return of.translation_sigma; }, 1e308L);
-    if ((which & 4) != 0) target.rotation_sigma = one_of([](const Reached& of) { return of.rotation_sigma; }, 1e308L);
-    return target;
+  // The efficiency of some prefix or nearly so, or far from all.
+  double draw_target(Random& random) const {
+    const double far[] = {5e-324, 1};
+    if (random.chance(0.05)) return far[random.index(2)];
+    const long double off = random.chance(0.1) ? random.uniform(0.5, 2) : random.uniform(0.98, 1.02);
+    const long double drawn = efficiencies[random.index(efficiencies.size())] * off;
+    return static_cast<double>(drawn < 1 ? drawn : random.uniform(0.5, 0.99));
   }
 
   std::vector<std::uint32_t> indices;
-  std::vector<Reached> reached;
-
- private:
-  Reached reached_by(const GreedyOracle<long double>& oracle) const {
-    const auto inverse = oracle.inverse_factor();  // M^-1 = inverse inverse^T
-    return {std::exp((oracle.log_det() - log_det_of_all_) / 6), inverse.topRows<3>().norm(),
-            inverse.bottomRows<3>().norm()};
-  }
-
-  long double log_det_of_all_ = 0;
+  std::vector<long double> efficiencies;
 };
 
-// At least 1 where all targets are met.
-long double slack(const Reached& reached, const TargetOptions& target) {
-  long double slack = infinity;
-  if (target.efficiency > 0) slack = std::min(slack, reached.efficiency / target.efficiency);
-  if (target.translation_sigma > 0) slack = std::min(slack, target.translation_sigma / reached.translation_sigma);
-  if (target.rotation_sigma > 0) slack = std::min(slack, target.rotation_sigma / reached.rotation_sigma);
-  return slack;
-}
-
-// Nothing is reported that no target is about.
-void expect_reported(double reported, double target, long double expected, long double tolerance) {
-  if (target > 0) {
-    EXPECT_NEAR(reported, static_cast<double>(expected), static_cast<double>(expected * tolerance));
-  } else {
-    EXPECT_TRUE(std::isnan(reported)) << reported;
-  }
-}
-
-// Selections that had to be the shortest prefix that meets their targets, and to report what it reached. Within a
-// tolerance, relative, of a target either decision is right.
+// Selections that had to be the shortest prefix that meets their target, and to report what it reached. Within a
+// tolerance, relative, of the target either decision is right.
 class Targets {
  public:
   void expect_shortest(Selector& selector, const Problem& problem, const Prefixes& prefixes, long double tolerance) {
-    const TargetOptions& target = problem.plain.target;
+    const double target = problem.plain.target_efficiency;
     SCOPED_TRACE(std::string(to_string(problem.plain.strategy)) + ", budget " + std::to_string(problem.plain.budget) +
-                 ", targets " + std::to_string(target.efficiency) + " " + std::to_string(target.translation_sigma) +
-                 " " + std::to_string(target.rotation_sigma));
+                 ", target " + std::to_string(target));
     const Selection selection = selector.select(problem.blocks, problem.options());
     ASSERT_TRUE(selection.has_answer()) << selection.reason();
     const std::size_t size = selection.size, required = problem.required_count();
     ASSERT_LE(size, prefixes.indices.size());
     EXPECT_TRUE(std::equal(selection.begin(), selection.end(), prefixes.indices.begin()));
     EXPECT_GE(size, required);
-    const Reached& end = prefixes.reached[size];
-    const long double at_end = slack(end, target);
-    bool is_tie = std::abs(at_end - 1) <= tolerance && target.efficiency != 1;
+    const long double reached = prefixes.efficiencies[size], at_end = reached / target;  // at least 1 where it is met
+    bool is_tie = std::abs(at_end - 1) <= tolerance && target != 1;
     for (std::size_t j = required; j < size; ++j) {
-      const long double before = slack(prefixes.reached[j], target);
+      const long double before = prefixes.efficiencies[j] / target;
       is_tie = is_tie || std::abs(before - 1) <= tolerance;
-      EXPECT_LT(before, 1 + tolerance) << j << " met the targets already";
+      EXPECT_LT(before, 1 + tolerance) << j << " met the target already";
     }
     if (selection.status == Status::target_reached) {
       EXPECT_GE(at_end, 1 - tolerance);
@@ -118,10 +74,8 @@ class Targets {
       EXPECT_LT(at_end, 1 + tolerance);
       EXPECT_EQ(size, prefixes.indices.size());
     }
-    const long double of_report = std::max(tolerance, 1e-9L);
-    expect_reported(selection.efficiency, target.efficiency, end.efficiency, of_report);
-    expect_reported(selection.translation_sigma, target.translation_sigma, end.translation_sigma, of_report);
-    expect_reported(selection.rotation_sigma, target.rotation_sigma, end.rotation_sigma, of_report);
+    EXPECT_NEAR(selection.efficiency, static_cast<double>(reached),
+                static_cast<double>(reached * std::max(tolerance, 1e-9L)));
     ++selections_;
     cut_ += size < prefixes.indices.size() ? 1 : 0;
     ties_ += is_tie ? 1 : 0;
@@ -131,7 +85,7 @@ class Targets {
     Selector selector(problem.capacity());
     const Prefixes prefixes(selector, problem);
     for (int repetition = 0; repetition < repetitions; ++repetition) {
-      problem.plain.target = prefixes.draw_targets(random);
+      problem.plain.target_efficiency = prefixes.draw_target(random);
       ASSERT_NO_FATAL_FAILURE(expect_shortest(selector, problem, prefixes, tolerance));
     }
   }
@@ -249,16 +203,15 @@ TEST(Deadline, comes_after_a_target_and_certificates_hold_for_the_whole_budget) 
     EXPECT_EQ(selection.searched, options.time_limit > 0 ? 0 : selection.size);
     return selection.size;
   };
-  options.target.efficiency = 0.3;
+  options.target_efficiency = 0.3;
   const std::size_t searched = size_of(blocks, Status::target_reached);
   options.time_limit = 1e-9;
   const std::size_t filled = size_of(blocks, Status::target_reached);
   EXPECT_TRUE(searched < 300 && searched <= filled && filled < 300) << searched << ", " << filled;
-  options.target.efficiency = 0.99;
+  options.target_efficiency = 0.99;
   EXPECT_EQ(size_of(blocks, Status::deadline_reached), 300U);
   size_of(BlockStore(), Status::target_reached);
-  options.target.rotation_sigma = 1e9;
-  options.target.efficiency = 0;
+  options.target_efficiency = 1e-300;
   EXPECT_EQ(size_of(blocks, Status::target_reached), 0U) << "there is nothing to do";
 }
 

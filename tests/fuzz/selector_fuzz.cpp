@@ -59,19 +59,16 @@ class Rules {
     const auto add_if = [&](bool is_wrong, Error error) {
       if (is_wrong) errors.push_back(error);
     };
-    const auto is_deviation = [](double sigma) { return sigma >= 0 && std::isfinite(sigma); };
     const Strategy strategy = options_.strategy;
     const double epsilon = options_.stochastic.epsilon;
-    const TargetOptions& target = options_.target;
+    const double target = options_.target_efficiency;
     add_if(candidates_.size() > capacity, Error::capacity_exceeded);
     add_if(static_cast<int>(strategy) < 0 || static_cast<std::size_t>(strategy) >= std::size(strategies),
            Error::invalid_strategy);
     add_if(strategy == Strategy::stochastic_greedy && !(epsilon > 0 && epsilon < 1), Error::invalid_epsilon);
     add_if(!(options_.time_limit >= 0), Error::invalid_time_limit);
     add_if(options_.threads < 0, Error::invalid_threads);
-    add_if(!(target.efficiency >= 0 && target.efficiency <= 1) || !is_deviation(target.translation_sigma) ||
-               !is_deviation(target.rotation_sigma),
-           Error::invalid_target);
+    add_if(!(target >= 0 && target <= 1), Error::invalid_target);
     add_if(!groups_exist(), Error::invalid_groups);
     add_if(groups_exist() && !is_feasible(), Error::infeasible);
     return errors;
@@ -338,8 +335,7 @@ void check_again(Bytes& bytes, Selector& selector, const BlockStore& blocks, con
 
 // A target stops the same search earlier, or changes nothing.
 void check_target(std::size_t capacity, const BlockStore& blocks, const Options& options, const Answer& full) {
-  const TargetOptions& asked = options.target;
-  if (asked.efficiency == 0 && asked.translation_sigma == 0 && asked.rotation_sigma == 0) return;
+  if (options.target_efficiency == 0) return;
   const Answer answer = ask_new_selector(capacity, blocks, options);
   if (is_refused(blocks, options, capacity, answer)) return;
   check_indices(blocks, options, answer);
@@ -360,7 +356,7 @@ void check_all(Bytes& bytes) {
   Options& options = request.options;
   Options aimed = options;
   aimed.time_limit = 0;
-  options.target = TargetOptions();
+  options.target_efficiency = 0;
   const std::size_t capacity = request.capacity;
 
   Selector selector(capacity, &pool());

@@ -139,7 +139,7 @@ class Request {
     decode_constraints(bytes, candidates);
     capacity = size;
     if (bytes.chance(8)) capacity = bytes.below(capacity + 1);
-    decode_targets(bytes);
+    if (bytes.chance(64)) options.target_efficiency = bytes.chance(16) ? bytes.number() : (1.0 + bytes.byte()) / 256;
   }
   Request(const Request&) = delete;  // the options point into it
   Request& operator=(const Request&) = delete;
@@ -196,15 +196,6 @@ class Request {
       groups_[i] = static_cast<std::uint32_t>(is_listed ? bytes.below(end) : i % end);
     }
     options.groups.ids = groups_.data();
-  }
-
-  void decode_targets(Bytes& bytes) {
-    if (!bytes.chance(64)) return;
-    const auto sigma = [&] { return bytes.chance(16) ? bytes.number() : bytes.times_power_of_ten(1); };
-    const std::size_t which = 1 + bytes.below(7);
-    if ((which & 1U) != 0) options.target.efficiency = bytes.chance(16) ? bytes.number() : (1.0 + bytes.byte()) / 256;
-    if ((which & 2U) != 0) options.target.translation_sigma = sigma();
-    if ((which & 4U) != 0) options.target.rotation_sigma = sigma();
   }
 
   double prior_[state_dimension * state_dimension];

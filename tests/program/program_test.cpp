@@ -63,12 +63,12 @@ TEST_F(Program, prints_a_json_object_for_each_frame_with_the_librarys_answer) {
   }
 }
 
-TEST_F(Program, respects_limits_of_certificate_grid_time_and_targets) {
+TEST_F(Program, respects_limits_of_certificate_grid_time_and_target) {
   write_frame("frame_001.csv", 300);
   const sim::Frame frame = sim::read_frames(path("frames")).at(0);
   const std::string select = "select --input frames --budget 200 ";
   const auto full = run_json(select).at(0);
-  for (const char* const key : {"upper_bound", "efficiency", "translation_sigma"}) EXPECT_FALSE(full.contains(key));
+  for (const char* const key : {"upper_bound", "efficiency"}) EXPECT_FALSE(full.contains(key));
   EXPECT_EQ(full.at("threads"), 1);
   const auto certified = run_json(select + "--certify --threads 2").at(0);
   EXPECT_GE(certified.at("upper_bound"), certified.at("log_det"));
@@ -91,13 +91,8 @@ TEST_F(Program, respects_limits_of_certificate_grid_time_and_targets) {
   const auto share = run_json(select + "--target-efficiency 0.3").at(0);
   EXPECT_EQ(share.at("status"), "target_reached");
   EXPECT_GE(share.at("efficiency"), 0.3 - 1e-12);
-  EXPECT_FALSE(share.contains("rotation_sigma"));
   ASSERT_LT(share.at("indices").size(), 200U);
   EXPECT_TRUE(std::equal(share.at("indices").begin(), share.at("indices").end(), full.at("indices").begin()));
-  const auto sigmas = run_json(select + "--target-translation-sigma 0.05 --target-rotation-sigma 0.01").at(0);
-  EXPECT_EQ(sigmas.at("status"), "target_reached");
-  EXPECT_LE(sigmas.at("translation_sigma"), 0.05 + 1e-12);
-  EXPECT_LE(sigmas.at("rotation_sigma"), 0.01 + 1e-12);
 }
 
 // Arguments, and what the output has to hold. Without --input, the frame is a synthetic one.
@@ -106,8 +101,7 @@ TEST_F(Program, prints_tables_help_and_version) {
   for (const std::string& isa : sim::built_in_isas()) isas += " " + isa;
   const std::pair<const char*, std::vector<std::string>> cases[] = {
       {"select --repeat 3", {"euroc_like_1", "2000", "200", "ok", "median", "p99", "log det"}},
-      {"select --repeat 1 --target-efficiency 0.1 --target-rotation-sigma 0.01",
-       {"D-efficiency against all candidates", "expected deviation of the rotation"}},
+      {"select --repeat 1 --target-efficiency 0.1", {"D-efficiency against all candidates"}},
       {"--help", {"select", "evaluate"}},
       {"--version",
        {"maxlogdet " + std::string(version()), isas, std::string("active:                     ") + active_isa(),
@@ -156,8 +150,7 @@ TEST_F(Program, refuses_invalid_arguments) {
        {"x", "-1", "' -1'", "18446744073709551616", "99999999999999999999999", "1e3"},
        "--seed '"},
       {"select --input frames --map-sigma", {"-1", "inf", "nan"}, "a finite --map-sigma of 0 or more"},
-      {"select --target-efficiency", {"1.1"}, "--target-efficiency"},
-      {"select --target-translation-sigma", {"-1", "inf", "nan"}, "0 (none) or a positive finite number for --target-"},
+      {"select --target-efficiency", {"1.1", "-1", "inf", "nan"}, "expected 0 (none) to 1"},
       {"select --input frames --max-per-cell", {"2"}, "--max-per-cell does nothing here; expected with it --grid"},
       {"select --input frames --epsilon", {"0.2"}, "--epsilon does nothing here; expected with it --strategy st"},
       {"select --input frames --seed", {"3"}, "--seed does nothing here; expected with it --strategy stochastic_gr"},

@@ -142,8 +142,7 @@ struct Answer {
         log_det(selection.log_det),
         upper_bound(selection.upper_bound) {
     for (std::size_t j = 0; j < selection.size; ++j) numbers.push_back(bits_of(selection.gains[j]));
-    for (const double number : {selection.log_det, selection.upper_bound, selection.efficiency,
-                                selection.translation_sigma, selection.rotation_sigma}) {
+    for (const double number : {selection.log_det, selection.upper_bound, selection.efficiency}) {
       numbers.push_back(bits_of(number));
     }
   }
@@ -155,7 +154,7 @@ struct Answer {
   std::size_t searched, evaluations, float64_decisions;
   std::vector<double> gains;
   double log_det, upper_bound;
-  std::vector<std::uint64_t> numbers;  ///< the bits of gains, log det, upper bound and of what targets are about
+  std::vector<std::uint64_t> numbers;  ///< the bits of gains, log det, upper bound and efficiency
 };
 
 /// By a selector of its own, of just enough capacity.

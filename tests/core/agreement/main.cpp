@@ -70,7 +70,7 @@ BlockStore blocks_of(const std::vector<double>& points, DepthCue cue, bool has_c
   return blocks;
 }
 
-constexpr const char* ways[] = {"plain", "required", "groups", "certificate", "efficiency", "deviations"};
+constexpr const char* ways[] = {"plain", "required", "groups", "certificate", "efficiency"};
 
 void select_every_way(const std::string& from, const BlockStore& blocks) {
   std::vector<unsigned char> required;
@@ -93,8 +93,7 @@ void select_every_way(const std::string& from, const BlockStore& blocks) {
         options.groups.maximum = 3;
       }
       options.certificate = way == "certificate";
-      options.target.efficiency = way == "efficiency" ? 0.15 : 0;
-      options.target.translation_sigma = options.target.rotation_sigma = way == "deviations" ? 0.01 : 0;
+      options.target_efficiency = way == "efficiency" ? 0.15 : 0;
       const Selection selection = selector.select(blocks, options);
       sim::Hash indices, gains;
       for (const std::uint32_t index : selection) indices.add(std::uint64_t{index});
