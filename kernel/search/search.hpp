@@ -80,7 +80,7 @@ class Search {
   void take(Index candidate) noexcept;
   void reject(Lane lane) noexcept;
   void compare_with_all() noexcept;
-  double against_all(int direction) const noexcept;
+  double against_all(int c) const noexcept;
   bool meets_target() const noexcept;
   double efficiency() const noexcept;
   double log_det() const noexcept;
