@@ -51,10 +51,9 @@ class ImageCells {
   void divide_by_camera(std::size_t cells) noexcept {
     const auto camera = [this](std::uint32_t i) { return matches_[i].camera_id; };
     const Iterator end = members_.end();
+    std::sort(members_.begin(), end, [&](std::uint32_t a, std::uint32_t b) { return camera(a) < camera(b); });
     for (Iterator begin = members_.begin(), middle; begin != end; begin = middle) {
-      const auto by_camera = [&](std::uint32_t a, std::uint32_t b) { return camera(a) < camera(b); };
-      const auto first = camera(*std::min_element(begin, end, by_camera));
-      middle = std::partition(begin, end, [&](std::uint32_t i) { return camera(i) == first; });
+      middle = std::find_if(begin, end, [&](std::uint32_t i) { return camera(i) != camera(*begin); });
       const auto own = static_cast<std::size_t>(middle - begin), all = static_cast<std::size_t>(end - begin);
       const std::size_t share = std::max<std::size_t>((2 * cells * own + all) / (2 * all), 1);
       divide(begin, middle, share);

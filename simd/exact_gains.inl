@@ -56,26 +56,18 @@ inline void whiten_exactly(const Planes& planes, const double* w, const Load& lo
   }
 }
 
-// values[j] = value of candidate indices[j], pack by pack.
-template <class Value>
-inline void decide_each(const Index* indices, std::size_t count, double* values, const Value& value) {
-  for (std::size_t j = 0; j < count; j += double_lanes) {
-    Listed pack;
-    for (std::size_t lane = 0; lane < double_lanes; ++lane)
-      pack.candidate[lane] = indices[j + lane < count ? j + lane : count - 1];
-    alignas(sizeof(Doubles)) double found[double_lanes];
-    value(pack).store_aligned(found);
-    for (std::size_t lane = 0; lane < double_lanes && j + lane < count; ++lane) values[j + lane] = found[lane];
-  }
-}
-
 template <int Rows>
-void decide(const Planes& planes, const double* w, const Index* indices, std::size_t count, double* relative_gains) {
-  decide_each(indices, count, relative_gains, [&](const Listed& load) {
+void decide(const Planes& planes, const double* w, const Index* listed, std::size_t count, double* relative_gains) {
+  for (std::size_t j = 0; j < count; j += double_lanes) {
+    Listed load;  // the last pack is filled with copies of the last
+    for (std::size_t lane = 0; lane < double_lanes; ++lane)
+      load.candidate[lane] = listed[j + lane < count ? j + lane : count - 1];
     Doubles y[Rows][dimension];
     whiten_exactly<Rows>(planes, w, load, y);
-    return relative_gain_of_block<Rows>(y);
-  });
+    alignas(sizeof(Doubles)) double found[double_lanes];
+    relative_gain_of_block<Rows>(y).store_aligned(found);
+    for (std::size_t lane = 0; lane < double_lanes && j + lane < count; ++lane) relative_gains[j + lane] = found[lane];
+  }
 }
 
 // |H W^T|_F^2, a candidate's term of a linear bound of log det, for consecutive candidates.

@@ -80,11 +80,10 @@ struct Camera {
   static Camera kannala_brandt(const PinholeCamera& pinhole, double k1, double k2, double k3, double k4) noexcept;
 };
 
-/// Projects p_c, 3 entries, m, to u, v, px. Returns false, and leaves uv unchanged, for a camera that is not valid, for
-/// input that is not finite, and where the model has no image of the point (see above).
-bool project(const Camera& camera, const double* p_c, double* uv) noexcept;
-/// Also writes d (u, v) / d p_c, 2 x 3 row-major, px per m.
-bool project(const Camera& camera, const double* p_c, double* uv, double* jacobian) noexcept;
+/// Projects p_c, 3 entries, m, to u, v, px, and if `jacobian` is given writes d (u, v) / d p_c to it, 2 x 3 row-major,
+/// px per m. Returns false, and writes nothing, for a camera that is not valid, for input that is not finite, and where
+/// the model has no image of the point (see above).
+bool project(const Camera& camera, const double* p_c, double* uv, double* jacobian = nullptr) noexcept;
 
 /// The number of Camera::parameters that the model has; 0 for any other value.
 std::size_t parameter_count(CameraModel model) noexcept;

@@ -33,14 +33,6 @@ struct Candidates {
         to[row][column] = static_cast<double>(plane(row, column)[simd::number(i)]);
     }
   }
-  /// Whether two candidates have the same rows, entry for entry.
-  bool are_identical(Index a, Index b) const noexcept {
-    for (int e = 0; e < rows * state_dimension; ++e) {
-      const float of_a = plane(0, e)[simd::number(a)], of_b = plane(0, e)[simd::number(b)];
-      if (of_a < of_b || of_a > of_b) return false;
-    }
-    return true;
-  }
   const float* plane(int row, int column) const noexcept {
     return planes.data + static_cast<std::size_t>(state_dimension * row + column) * planes.stride;
   }

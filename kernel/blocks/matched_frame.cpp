@@ -9,13 +9,6 @@ constexpr double rotation_tolerance = 1e-3;  // of rotation_error(): accepts pos
 constexpr std::size_t max_parameters = sizeof Camera::parameters / sizeof(double);
 constexpr std::size_t model_count = sizeof camera_models / sizeof camera_models[0];
 
-constexpr bool are_in_order() noexcept {
-  for (std::size_t i = 0; i < model_count; ++i) {
-    if (camera_models[i] != static_cast<CameraModel>(i)) return false;
-  }
-  return true;
-}
-static_assert(are_in_order(), "MAXLOGDET_CAMERA_MODELS lists all models in the order of the enumerators");
 #define MAXLOGDET_ASSERT(name)                                                     \
   static_assert(simd::Model<CameraModel::name>::parameter_count <= max_parameters, \
                 "Camera::parameters holds those of " #name);
@@ -79,11 +72,6 @@ simd::CameraInput camera_input(const Camera& camera) noexcept {
   return {camera.model, pinhole.fx, pinhole.fy, pinhole.cx, pinhole.cy, pinhole.bf, camera.parameters, T_cb};
 }
 
-bool project(const Camera& camera, const double* p_c, double* uv) noexcept {
-  double jacobian[6];
-  return project(camera, p_c, uv, jacobian);
-}
-
 bool project(const Camera& camera, const double* p_c, double* uv, double* jacobian) noexcept {
   Camera alone = camera;
   alone.T_cb = RigidTransform::identity();
@@ -95,8 +83,7 @@ bool project(const Camera& camera, const double* p_c, double* uv, double* jacobi
   const double written[2] = {input.fx * image.m_x + input.cx, input.fy * image.m_y + input.cy};
   if (!image.exists || !all_finite(written, 2) || !all_finite(rows[0], 3) || !all_finite(rows[1], 3)) return false;
   std::copy_n(written, 2, uv);
-  std::copy_n(rows[0], 3, jacobian);
-  std::copy_n(rows[1], 3, jacobian + 3);
+  for (int e = 0; e < 6 && jacobian != nullptr; ++e) jacobian[e] = rows[e / 3][e % 3];
   return true;
 }
 

@@ -13,11 +13,6 @@ namespace {
 // whitening its digits (docs/numerics.md).
 constexpr double unknown_share = 1e-8;
 
-bool is_valid(const PinholeCamera& camera, bool is_stereo) noexcept {
-  return is_positive(camera.fx) && is_positive(camera.fy) && std::isfinite(camera.cx) && std::isfinite(camera.cy) &&
-         (!is_stereo || std::isfinite(camera.bf));
-}
-
 double trace_of(const double* information) noexcept { return information[0] + information[4] + information[8]; }
 
 // Adds a row of J R_cw, given that of J.
@@ -36,7 +31,8 @@ void PointCovariance::observe(const PinholeCamera& camera, const RigidTransform&
   const double* const T = T_cw.data();
   double p[3];
   T_cw.transform(p_w_.xyz, p);
-  if (!(p[2] > 0) || !all_finite(p, 3) || !is_positive(sigma) || !is_valid(camera, is_stereo)) return;
+  if (!(p[2] > 0) || !all_finite(p, 3) || !is_positive(sigma)) return;
+  if (check(camera, DepthCue::none) != Error::none || (is_stereo && !std::isfinite(camera.bf))) return;
   const double x = p[0] / p[2];
   const double y = p[1] / p[2];
   const double weight = 1 / (p[2] * sigma);

@@ -46,18 +46,14 @@ double volume_error(double squares, double delta, int rows) noexcept {
 // Whether the error bound of float32 is so small that nothing is gained by lowering it.
 bool ErrorBounds::is_small() const noexcept { return volume_error_ <= small_volume_error; }
 
-bool ErrorBounds::still_hold(bool may_last, float highest) const noexcept {
-  const bool are_outdated = highest < outdated_share * highest_when_bounded_ || drift_ > drift_limit_;
-  return may_last && is_lasting_ && !are_outdated;
-}
-
 void ErrorBounds::begin_round(const InformationFactor& factor, bool may_last, float highest, double expected,
                               simd::GainFilter& filter) noexcept {
   const double f = factor.relative_error();
   drift_ = f < hopeless_error ? drift_of_error * rows_ * f : infinity;
   // Once the error is small, the wider bound of an earlier round suffices.
   may_last = may_last && !in_float64_ && is_small() && drift_ < small_drift;
-  if (still_hold(may_last, highest)) return;
+  const bool are_outdated = highest < outdated_share * highest_when_bounded_ || drift_ > drift_limit_;
+  if (may_last && is_lasting_ && !are_outdated) return;
   is_lasting_ = may_last;
   const WhitenedRowBounds bounds = factor.bound_rows(column_max_);
   row_squares_ = tight_squares_ = is_lasting_ ? simd::dimension * bounds.frobenius : bounds.squares;

@@ -32,7 +32,6 @@ class ErrorBounds {
 
  private:
   bool is_small() const noexcept;
-  bool still_hold(bool may_last, float highest) const noexcept;
   simd::GainFilter filter_at(double tangent) const noexcept;
 
   simd::Form form_ = simd::one_row;

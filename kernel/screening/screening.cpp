@@ -12,7 +12,7 @@ using simd::tile_size;
 
 namespace {
 
-// With more survivors than this, copies dropped, what may hold the best is evaluated again in float64.
+// With more survivors than this, what may hold the best is evaluated again in float64.
 constexpr std::size_t many_survivors = 24;
 // The minimum number of tiles for a thread: about a microsecond of work, in float32 and in float64.
 constexpr std::size_t min_tiles = 128;
@@ -129,12 +129,6 @@ void Screening::prove_best() noexcept {
   }
 }
 
-// Evaluates what may hold the best, and lists what survives.
-std::size_t Screening::find(Lane* lanes) noexcept {
-  prove_best();
-  return candidates_->kernel->arrays.list_survivors(tiles_.tiles(), round_, lanes);
-}
-
 std::size_t Screening::survivors(const InformationFactor& factor, Lane* lanes) noexcept {
   factor_ = &factor;
   begin_round();
@@ -150,26 +144,15 @@ std::size_t Screening::survivors(const InformationFactor& factor, Lane* lanes) n
 }
 
 std::size_t Screening::survivors(Lane* lanes) noexcept {
-  std::size_t found = find(lanes);
-  if (found <= many_survivors) return found;
-  found = drop_copies(lanes, found);
+  const auto list = [&] { return candidates_->kernel->arrays.list_survivors(tiles_.tiles(), round_, lanes); };
+  prove_best();
+  const std::size_t found = list();
   if (found <= many_survivors || errors_.in_float64()) return found;
   const std::size_t evaluations = evaluations_;
   use_float64();
-  found = find(lanes);
+  prove_best();
   evaluations_ = evaluations;  // the same candidates count once
-  return drop_copies(lanes, found);
-}
-
-// Of identical candidates only the one of lowest index can be selected: drops the copies of the survivor of lowest
-// index.
-std::size_t Screening::drop_copies(Lane* lanes, std::size_t count) const noexcept {
-  const auto has_lower_index = [this](Lane a, Lane b) { return tiles_.candidate(a) < tiles_.candidate(b); };
-  const Lane first = *std::min_element(lanes, lanes + count, has_lower_index);
-  const auto is_copy = [this, first](Lane lane) {
-    return lane != first && candidates_->are_identical(tiles_.candidate(lane), tiles_.candidate(first));
-  };
-  return static_cast<std::size_t>(std::remove_if(lanes, lanes + count, is_copy) - lanes);
+  return list();
 }
 
 // Called where one bound for all candidates excludes too few of them: what it has excluded stays so.
@@ -180,6 +163,8 @@ void Screening::use_float64() noexcept {
   reset_round();
 }
 
-void Screening::keep_bounds() noexcept { highest_bound_ = candidates_->kernel->arrays.keep_bounds(tiles_.tiles(), round_); }
+void Screening::keep_bounds() noexcept {
+  highest_bound_ = candidates_->kernel->arrays.keep_bounds(tiles_.tiles(), round_);
+}
 
 }  // namespace maxlogdet

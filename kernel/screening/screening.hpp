@@ -38,8 +38,7 @@ class Screening {
   /// holds similar ones, and keeps a stale bound of each tile.
   void order_by_gain() noexcept;
 
-  /// A round with this information: lists the lanes whose float64 gain may be the largest, and returns how many; of
-  /// identical candidates at most one.
+  /// A round with this information: lists the lanes whose float64 gain may be the largest, and returns how many.
   std::size_t survivors(const InformationFactor& factor, Lane* lanes) noexcept;
 
   /// A lower bound of the last round's maximum exact relative gain.
@@ -64,9 +63,7 @@ class Screening {
   void reset_round() noexcept;
   std::size_t survivors(Lane* lanes) noexcept;
   void prove_best() noexcept;
-  std::size_t find(Lane* lanes) noexcept;
   simd::Evaluated evaluate(const Tile* list, std::size_t count) noexcept;
-  std::size_t drop_copies(Lane* lanes, std::size_t count) const noexcept;
   void use_float64() noexcept;
 
   const Candidates* candidates_ = nullptr;

@@ -65,9 +65,6 @@ Status select_from_samples(Search& search, double size, std::uint64_t seed, bool
   return Status::ok;
 }
 
-// A tile.
-constexpr double sample_to_fill = 16;
-
 }  // namespace
 
 Status stochastic_greedy(Search& search, const StochasticOptions& options) noexcept {
@@ -75,6 +72,6 @@ Status stochastic_greedy(Search& search, const StochasticOptions& options) noexc
   return select_from_samples(search, size, options.seed, true);
 }
 
-void fill(Search& search) noexcept { select_from_samples(search, sample_to_fill, 0, false); }
+void fill(Search& search) noexcept { select_from_samples(search, simd::tile_size, 0, false); }
 
 }  // namespace maxlogdet
