@@ -247,12 +247,14 @@ Case random_uncertain_case(Random& random, DepthCue depth_cue, double depth) {
   return c;
 }
 
-// |Sigma_p| | |A| nu |^2 of "Covariances that leave no digits" in numerics.md, of residuals as the code rotates them.
+// |Sigma_p| | |A| nu |^2 of "Covariances that leave no digits" in numerics.md, of residuals as the code rotates them, and
+// factored from the last one.
 long double whitened_covariance(const Case& c) {
   if (!c.is_by_map) return 0;
   const long double root_2 = std::sqrt(2.0L);
   WideMatrix M = WideMatrix::Identity(c.row_count(), c.row_count());
   if (c.depth_cue() == DepthCue::stereo) M << root_2, 0, 1 / root_2, 0, 1, 0, 0, 0, 1 / root_2;
+  M = WideMatrix(M.colwise().reverse());
   const WideMatrix B = wide_product(M, c.by_world_point());
   const Eigen::LLT<WideMatrix> factor(wide_product(wide_product(M, c.noise()), M.transpose()));
   if (factor.info() != Eigen::Success) return infinity;
