@@ -373,7 +373,7 @@ IndexRange GoodFeatures::outliers(const RigidTransform& T_cw) noexcept {
   at.options = block_options;
   if (at.has_mixed_cues || s.aligner.leaves_out_third()) at.depth_cue = DepthCue::none;
   at.has_mixed_cues = false;
-  if (!is_rigid(T_cw)) return IndexRange();
+  if (!is_rigid(T_cw)) return {};
   s.judged = at.size;
   s.are_cues_judged = at.depth_cue != DepthCue::none;
   for (std::size_t i = 0; i < at.size; ++i) s.chi2[i] = s.is_usable[i] != 0 ? not_a_number : infinity;

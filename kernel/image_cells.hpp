@@ -50,7 +50,7 @@ class ImageCells {
   // Cameras in turn, each with cells in proportion to its matches, at least one.
   void divide_by_camera(std::size_t cells) noexcept {
     const auto camera = [this](std::uint32_t i) { return matches_[i].camera_id; };
-    const Iterator end = members_.end();
+    const auto end = members_.end();
     std::sort(members_.begin(), end, [&](std::uint32_t a, std::uint32_t b) { return camera(a) < camera(b); });
     for (Iterator begin = members_.begin(), middle; begin != end; begin = middle) {
       middle = std::find_if(begin, end, [&](std::uint32_t i) { return camera(i) != camera(*begin); });

@@ -27,7 +27,7 @@ const simd::Kernel* kernel_to_use() noexcept {
 // Whether it has 1 to 3 rows, and float32 can hold them.
 bool is_held(const double* block, int rows) noexcept {
   return block != nullptr && rows >= 1 && rows <= max_block_rows &&
-         std::all_of(block, block + state_dimension * rows,
+         std::all_of(block, block + std::ptrdiff_t{state_dimension} * rows,
                      [](double entry) { return std::isfinite(static_cast<float>(entry)); });
 }
 

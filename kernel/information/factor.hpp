@@ -17,8 +17,7 @@ constexpr double drift_of_error = 2.5;
 
 /// Sets l to the lower Cholesky factor of a symmetric matrix, 6 x 6 row-major, of which the lower triangle is read.
 /// False if a pivot is not above that share of its diagonal entry, and is thus rounding, not information.
-bool cholesky(const double* matrix, double smallest_relative_pivot,
-              double (&l)[state_dimension][state_dimension]) noexcept;
+bool cholesky(const double* matrix, double smallest_pivot, double (&l)[state_dimension][state_dimension]) noexcept;
 
 /// Upper bounds of |y|^2 for any whitened row y = W h, given the maximum |entry| of each column of H.
 struct WhitenedRowBounds {
