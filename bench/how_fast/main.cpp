@@ -77,7 +77,7 @@ double run_block(const Work& work, Caches caches, Samples& samples) {
 
 }  // namespace
 
-void add_case(const std::string& name, std::function<Work()> make_work, Caches caches, int blocks) {
+void add_case(const std::string& name, const std::function<Work()>& make_work, Caches caches, int blocks) {
   const auto samples = std::make_shared<Samples>();
   auto* const added = benchmark::RegisterBenchmark(name.c_str(), [=](benchmark::State& state) {
     for (auto iteration : state) {

@@ -181,7 +181,7 @@ void add_threads() {
   at.helpers = sim::executor();
   const int most = at.helpers == nullptr ? 1 : at.helpers->concurrency();
   if (most == 1) return;
-  const auto add_all = [&at](const char* kind, std::vector<std::size_t> sizes, std::vector<int> threads) {
+  const auto add_all = [&at](const char* kind, const std::vector<std::size_t>& sizes, const std::vector<int>& threads) {
     at.kind = kind;
     for (const std::size_t n : sizes) {
       at.n = n;

@@ -55,7 +55,7 @@ TrackerFrame::TrackerFrame(const Kind& kind, std::size_t n, std::uint64_t seed)
 void TrackerFrame::measure(const Kind& kind, std::uint64_t seed) {
   sim::Draws draws(seed, 1);
   sim::Vector6 off;
-  for (int i : {0, 1}) off.segment<3>(3 * i) = prediction_error[i] * draws.normal3(1).normalized();
+  for (int i : {0, 1}) off.segment<3>(Eigen::Index{3} * i) = prediction_error[i] * draws.normal3(1).normalized();
   T_predicted = RigidTransform::row_major(sim::to_rows(sim::exp_se3(off) * sim::pose_of(frame.T_cw_prior)).data());
   for (std::size_t i = 0; i < frame.matches.size(); ++i) {
     const sim::Match& match = frame.matches[i];

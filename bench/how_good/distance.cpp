@@ -71,7 +71,7 @@ nlohmann::ordered_json measured(const BlockStore& store) {
 }  // namespace
 }  // namespace maxlogdet::bench
 
-int main() {
+int main() {  // NOLINT(bugprone-exception-escape): that ends the program
   using namespace maxlogdet;
   using bench::measured, bench::n;
   nlohmann::ordered_json rows;

@@ -122,7 +122,8 @@ class FrameReader {
       return;
     }
     comments_.insert(name);
-    require(has_comment("fx,fy,cx,cy,bf") + has_comment("camera") + has_comment("camera0") <= 1,
+    const bool has_each[] = {has_comment("fx,fy,cx,cy,bf"), has_comment("camera"), has_comment("camera0")};
+    require(std::count(std::begin(has_each), std::end(has_each), true) <= 1,
             "one of the comments 'fx,fy,cx,cy,bf', 'camera' and 'camera 0'");
   }
 

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace maxlogdet::sim {
 namespace {
@@ -70,18 +71,18 @@ struct PoseProblem {
 
 // Huber's rho(s), and its derivative.
 struct Loss {
-  Loss(double s, double threshold) : weight(1), rho(s) {
+  Loss(double s, double threshold) : rho(s) {
     if (s <= threshold * threshold) return;
     const double e = std::sqrt(s);
     weight = threshold / e;
     rho = 2 * threshold * e - threshold * threshold;
   }
-  double weight, rho;
+  double weight = 1, rho;
 };
 
 // The normal equations at a pose, of the matches of the subset that have an error there.
 struct Linearization {
-  Linearization(const PoseProblem& problem, const Pose& at) : T_cw(at) {
+  Linearization(const PoseProblem& problem, Pose at) : T_cw(std::move(at)) {
     LinearizedMatch one;
     for (const std::uint32_t i : problem.subset) {
       if (!linearize(problem.camera, T_cw, problem.matches[i], problem.options.stereo, one)) continue;
@@ -174,7 +175,7 @@ Whitening measurement_whitening(const FrameCamera& camera, const Match& match) {
 Whitening whitening_of(const FrameCamera& camera, const Pose& T_cw, const Match& match, bool uses_depth_cue,
                        const Eigen::Matrix3d& map_covariance) {
   const double variance = 1 / match.inv_sigma2, of_depth = camera.depth_sigma * camera.depth_sigma;
-  const Whitening none = Whitening::Constant(nan);
+  Whitening none = Whitening::Constant(nan);
   LinearizedMatch at;
   if (!(variance > 0) || !linearize(camera, T_cw, match, uses_depth_cue, at)) return none;
   const bool has_third = at.rows == 3;

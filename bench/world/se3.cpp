@@ -32,7 +32,8 @@ Pose exp_se3(const Vector6& xi) {
 // With V^-1 = f I + (1 - f) a a^T - angle / 2 [a]x, f = angle / 2 cot(angle / 2).
 Vector6 log_se3(const Pose& T) {
   const Eigen::AngleAxisd turn(T.linear());  // by the quaternion, which is accurate near 0 and near pi
-  const Eigen::Vector3d t = T.translation(), axis = turn.axis();
+  const Eigen::Vector3d t = T.translation();
+  const Eigen::Vector3d& axis = turn.axis();
   const double half = turn.angle() / 2;
   const double f = half == 0 ? 1 : half / std::tan(half);
   Vector6 xi;
