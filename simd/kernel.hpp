@@ -86,9 +86,9 @@ struct ExactFunctions {
   void (*traces)(const Planes& planes, const double* w, std::size_t count, double* traces);
 };
 
-/// W <- the inverse Cholesky factor of M + H^T H, for the `count` rows of H, one after the other, six float64 each; W is
-/// zero above the diagonal; `narrow`: the new W rounded to float32. Returns the relative gain. In float64, the same bits
-/// on every instruction set.
+/// W <- the inverse Cholesky factor of M + H^T H, for the `count` rows of H, one after the other, six float64 each; W
+/// is zero above the diagonal; `narrow`: the new W rounded to float32. Returns the relative gain. In float64, the same
+/// bits on every instruction set.
 using AddRows = double (*)(double* w, const double* rows, int count, float* narrow);
 
 /// Medians have 23 - 11 bits after the first: 2^-12 is far below the error of a median.
