@@ -247,8 +247,8 @@ Case random_uncertain_case(Random& random, DepthCue depth_cue, double depth) {
   return c;
 }
 
-// |Sigma_p| | |A| nu |^2 of "Covariances that leave no digits" in numerics.md, of residuals as the code rotates them, and
-// factored from the last one.
+// |Sigma_p| | |A| nu |^2 of "Covariances that leave no digits" in numerics.md, of residuals as the code rotates them,
+// and factored from the last one.
 long double whitened_covariance(const Case& c) {
   if (!c.is_by_map) return 0;
   const long double root_2 = std::sqrt(2.0L);
