@@ -45,7 +45,7 @@ struct GoodFeatures::State {
   void spread_over_image(double cell_count, Options& options) noexcept;
   void select_candidates(const Options& options) noexcept;
   void fill_up(const Options& asked, double cells_per_match) noexcept;
-  void select_usable(Error why) noexcept;
+  void select_inliers(Error why) noexcept;
   void record() noexcept;
 
   // The frame, with the first frame.size of the matches added. Only usable ones set what the frame has.
@@ -199,7 +199,7 @@ bool GoodFeatures::State::has_image(std::size_t i) const noexcept {
 void GoodFeatures::State::explain_rejected() noexcept {
   aligner.for_each_without_error([this](std::size_t i) {
     const bool is_seen = has_image(i);
-    // An inlier of another attempt, or an error beyond all numbers.
+    // Its error was beyond all numbers, it has an image at the final pose, or fits in another attempt.
     if (is_inlier[i] != 0 || (is_seen && !frame.has_covariances)) return;
     --report.unusable;
     ++(is_seen ? report.invalid_covariances : report.behind_camera);
@@ -272,7 +272,7 @@ void GoodFeatures::State::spread_over_image(double cell_count, Options& options)
 
 void GoodFeatures::State::select_candidates(const Options& options) noexcept {
   const Selection selection = selector.select(blocks, options);
-  if (!selection.has_answer()) return select_usable(selection.error);
+  if (!selection.has_answer()) return select_inliers(selection.error);
   const std::size_t before = summary.size;
   for (std::size_t j = 0; j < selection.size; ++j) take(selection.indices[j], selection.gains[j]);
   summary = selection;
@@ -280,7 +280,8 @@ void GoodFeatures::State::select_candidates(const Options& options) noexcept {
   summary.searched += before;
 }
 
-// Inliers without a block fill what the candidates have left of the budget, but no group, nor beyond a target.
+// Inliers without a block fill what the candidates have left of the budget, but no group, nor beyond a target. From a
+// spread of 1 on, cells are as many as the budget, so that only the lack of candidates leaves it short.
 void GoodFeatures::State::fill_up(const Options& asked, double cells_per_match) noexcept {
   const Status status = summary.status;
   if (status == Status::error || status == Status::target_reached) return;
@@ -304,7 +305,7 @@ void GoodFeatures::State::fill_up(const Options& asked, double cells_per_match) 
 }
 
 // The answer after an error: all that can be optimised with, and what is required.
-void GoodFeatures::State::select_usable(Error why) noexcept {
+void GoodFeatures::State::select_inliers(Error why) noexcept {
   clear_answer();
   for (std::size_t i = 0; i < frame.size; ++i) {
     if (is_inlier[i] != 0 || (is_usable[i] != 0 && matches[i].is_required)) take(i, not_a_number);
@@ -325,7 +326,7 @@ Selection GoodFeatures::select(const Options& options) noexcept {
   Options settled = options;
   if (error == Error::none) error = s.settle(spread, settled);
   settled.time_limit = time.left();
-  error == Error::none ? s.select_candidates(settled) : s.select_usable(error);
+  error == Error::none ? s.select_candidates(settled) : s.select_inliers(error);
   s.fill_up(options, spread);
   s.explain_rejected();
   s.summary.warning = s.summary.status == Status::error ? Warning::none : s.warning();

@@ -37,7 +37,7 @@ constexpr float nothing_evaluated = std::numeric_limits<float>::quiet_NaN();
 struct Round {
   RoundArrays arrays;
   GainFilter filter;
-  float evaluated_from = nothing_evaluated;  ///< just the tiles of at least this stale bound are evaluated
+  float evaluated_from = nothing_evaluated;  ///< exactly the tiles of at least this stale bound are evaluated
   double assured = -1;                       ///< a lower bound of the largest exact relative gain
 };
 

@@ -207,7 +207,7 @@ template <DepthCue third, int Rows>
   return is_definite & keeps_digits(noise.map, A, s.norms);
 }
 
-// rows <- U rows, U upper triangular.
+// rows <- upper rows.
 template <int Rows, int Columns>
 inline void multiply_by_upper(const Doubles (&upper)[Rows][Rows], Doubles (&rows)[Rows][Columns]) {
   for (int a = 0; a < Rows; ++a) {

@@ -138,8 +138,10 @@ struct BlockOptions {
 struct BlockReport {
   Error error = Error::none;            ///< none, or why nothing was appended
   std::size_t appended = 0;             ///< the number of matches, or 0 after an error
-  std::size_t invalid = 0;              ///< of these, the invalid candidates, for whatever reason
-  std::size_t unusable = 0;             ///< matches of a camera that is not there; of GoodFeatures also rejected ones
+  std::size_t invalid = 0;              ///< of these, the invalid candidates: those counted below, and those with a
+                                        ///< sigma that is not positive, or numbers beyond float32
+  std::size_t unusable = 0;             ///< matches of a camera that is not there; of GoodFeatures all that are not
+                                        ///< usable, and rejected ones but for those counted below
   std::size_t behind_camera = 0;        ///< Z <= 0, or where the camera's model has no image
   std::size_t invalid_covariances = 0;  ///< Sigma not positive definite, or Sigma_p so large along the ray that float64
                                         ///< keeps no digits across it (docs/numerics.md)

@@ -36,7 +36,8 @@ class Aligner {
   const RigidTransform& pose() const noexcept { return found_.pose; }
   const double* information() const noexcept { return found_.information; }
   bool leaves_out_third() const noexcept { return found_.warning != Warning::none; }
-  /// After align(), calls visit(i) for each match that had no image at the last pose, or no valid covariance.
+  /// After align(), calls visit(i) for each match that had no image, or no valid covariance, at the pose at which
+  /// inliers were found.
   template <class Visitor>
   void for_each_without_error(const Visitor& visit) const noexcept {
     if (!found_.is_aligned() || found_.measured == found_.finite) return;
@@ -52,7 +53,7 @@ class Aligner {
   struct Found : Alignment {
     RigidTransform pose = nullptr;
     double information[36] = {};
-    std::size_t finite = 0;  // matches with an error at the last pose
+    std::size_t finite = 0;  // matches with an error, when errors were last measured
   };
 
   void align_once(const MatchedFrame& frame, const double* prior, unsigned char* is_inlier) noexcept;

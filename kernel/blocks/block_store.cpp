@@ -107,7 +107,7 @@ void BlockStore::clear() noexcept {
 }
 
 bool BlockStore::is_factored() const noexcept {
-  return rows_ == max_block_rows &&
+  return rows_ == simd::rows_of(simd::factored) &&
          std::all_of(factored_max_, factored_max_ + state_dimension, [](double largest) { return largest < infinity; });
 }
 

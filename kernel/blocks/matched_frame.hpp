@@ -62,7 +62,7 @@ struct MatchedFrame {
   bool has_mixed_cues = false;          ///< some have a right column, and some a depth
   bool has_covariances = false;
 
-  /// Whether the camera that has seen the match is there; an error of the frame is that there is none at all.
+  /// Whether the camera that has seen the match is there. True without any camera, which check() reports.
   bool has_camera_of(const FeatureMatch& match) const noexcept {
     return match.camera_id < camera_count || camera_count == 0;
   }

@@ -132,7 +132,7 @@ void Screening::prove_best() noexcept {
 std::size_t Screening::survivors(const InformationFactor& factor, Lane* lanes) noexcept {
   factor_ = &factor;
   begin_round();
-  const std::size_t found = survivors(lanes);
+  const std::size_t found = find_survivors(lanes);
   if (!tiles_.is_ordered()) return found;
   if (best_ > 0 && highest_bound_ > 0 && highest_bound_ < float_infinity) {
     // The next round should start as low.
@@ -143,7 +143,7 @@ std::size_t Screening::survivors(const InformationFactor& factor, Lane* lanes) n
   return found;
 }
 
-std::size_t Screening::survivors(Lane* lanes) noexcept {
+std::size_t Screening::find_survivors(Lane* lanes) noexcept {
   const auto list = [&] { return candidates_->kernel->arrays.list_survivors(tiles_.tiles(), round_, lanes); };
   prove_best();
   const std::size_t found = list();

@@ -61,7 +61,7 @@ class Screening {
   void keep_bounds() noexcept;
   void begin_round() noexcept;
   void reset_round() noexcept;
-  std::size_t survivors(Lane* lanes) noexcept;
+  std::size_t find_survivors(Lane* lanes) noexcept;
   void prove_best() noexcept;
   simd::Evaluated evaluate(const Tile* list, std::size_t count) noexcept;
   void use_float64() noexcept;

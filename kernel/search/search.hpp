@@ -49,7 +49,7 @@ class Search {
   /// What remains is screened from here on: in the order of the store; or these alone, gathered.
   void screen_all() noexcept { screening_.use_store(constraints_.free()); }
   void screen(const Index* listed, std::size_t count) noexcept { screening_.use_listed(listed, count); }
-  /// After the third round, orders it by the gains of the last one: later rounds evaluate little.
+  /// After a round that has evaluated all, orders it by the gains: later rounds evaluate little.
   void order_by_gain() noexcept { screening_.order_by_gain(); }
   bool is_ordered() const noexcept { return screening_.layout().is_ordered(); }
 
