@@ -118,7 +118,8 @@ inline Doubles gains_in_float64(const Planes& planes, const double* w, const Loa
   Doubles products[Rows * (Rows + 1) / 2];
   const auto entry = [&](std::size_t e) { return load(planes.data + e * planes.stride); };
   products_of_whitened<Rows>(entry, w, products);
-  return xsimd::max(relative_gain_by_elimination<Rows>(products), Doubles(0.0));
+  const Doubles gain = relative_gain_by_elimination<Rows>(products);
+  return xsimd::select(gain > Doubles(0.0), gain, Doubles(0.0));  // NaN where a pivot has cancelled to zero
 }
 
 // Of a pack of lanes.

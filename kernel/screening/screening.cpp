@@ -69,7 +69,6 @@ void Screening::order_by_gain() noexcept {
   highest_bound_ = candidates_->kernel->arrays.largest(bounds, count);
 }
 
-// Nothing is evaluated yet.
 void Screening::reset_round() noexcept {
   round_.evaluated_from = simd::nothing_evaluated;
   round_.assured = -1;

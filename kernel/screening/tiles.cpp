@@ -109,7 +109,7 @@ void TileLayout::order_by(const float* values, float top) noexcept {
     const std::uint32_t position = first[bucket[lane]]++;
     const Index candidate = candidate_.data()[lane];
     ordered_.data()[position] = candidate;
-    lane_[candidate] = static_cast<Lane>(position);
+    if (position < count) lane_[candidate] = static_cast<Lane>(position);  // not of copies that fill a tile
     if (position % tile_size == 0) bucket_of_tile_.data()[position / tile_size] = bucket[lane];
   }
   make_records();

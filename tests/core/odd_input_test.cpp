@@ -226,6 +226,8 @@ TEST(Inputs, matches_are_given_and_have_one_kind_of_cue) {
 }
 
 TEST(Camera, models_parameters_and_numbers_out_of_their_range_are_refused) {
+  for (std::size_t i = 0; i < std::size(camera_models); ++i)
+    EXPECT_EQ(camera_models[i], static_cast<CameraModel>(i)) << "names are in the order of the enumerators";
   for (const int unknown : {-1, static_cast<int>(std::size(camera_models)), 1000}) {
     Camera camera = pinhole;
     camera.model = static_cast<CameraModel>(unknown);

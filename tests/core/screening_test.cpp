@@ -149,6 +149,19 @@ TEST(Screening, holds_on_nearly_parallel_rows_of_every_scale) {
       1000, [](Random& random) { expect_screening_holds(nearly_parallel_blocks(random, 24), weak_information(), 10); });
 }
 
+// Here pivots of float64 cancel to zero: rows are parallel, and their squares have no digits after the point.
+TEST(Screening, holds_where_pivots_cancel) {
+  for_each_trial(400, [](Random& random) {
+    const double scale = std::exp2(random.uniform(24, 27.5));
+    const BlockStore blocks = store_of(24, [&](std::size_t) {
+      Block block = scale * random_block(random, 3);
+      block.row(0) = random.uniform(-2, 2) * block.row(1);
+      return block;
+    });
+    expect_screening_holds(blocks, Matrix6::Identity(), 4, random.index(4));
+  });
+}
+
 TEST(Screening, holds_where_float32_overflows_or_underflows) {
   for_each_trial(250, [](Random& random) {
     const int rows = random.integer(1, 3);

@@ -12,7 +12,7 @@
 namespace maxlogdet {
 
 /// What all adapters have. Whatever happens in a frame, the tracker can continue: after an error with all that it has,
-/// at a deadline with a full budget (GoodFeatures::select); features.reason() says which it was.
+/// at a deadline with a full budget (GoodFeatures::select); reason() and alignment() of the features tell which it was.
 class TrackerHook {
  public:
   GoodFeatures features;  ///< of the last frame; its block_options may be changed
