@@ -49,7 +49,7 @@ template <DepthCue third>
   return at;
 }
 
-// W of the noise of measurement and map: W (Sigma_z + J Sigma_p J^T) W^T = I. A point that is known to no better than a
+// W of the noise of measurement and map: W (Sigma_z + B Sigma_p B^T) W^T = I. A point that is known to no better than a
 // radian tells nothing, and its error nothing of the scale.
 template <DepthCue third>
 void whiten_lanes(const AlignmentInput& input) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// J = d z / d p_b of packs of matches, one per lane, and its whitening by Sigma = Sigma_z + J Sigma_p J^T. float64 by
-// + - * / and sqrt in one fixed order: the same bits on every instruction set.
+// J = d z / d p_b of packs of matches, one per lane, and its whitening by Sigma = Sigma_z + B Sigma_p B^T, B = J R.
+// float64 by + - * / and sqrt in one fixed order: the same bits on every instruction set.
 
 namespace maxlogdet::simd {
 namespace {

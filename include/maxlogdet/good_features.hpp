@@ -79,8 +79,8 @@ class GoodFeatures {
   bool is_inlier(std::size_t i) const noexcept;
 
   /// Selects so many matches, or what Options ask for; returns their numbers in order of selection, valid until the
-  /// next select(). Groups and a target may leave them fewer than the budget; after an error they are all usable ones
-  /// that were not rejected: finite, with a positive sigma, and of a camera that is there.
+  /// next select(). Groups and a target may leave them fewer than the budget; after an error they are all inliers, and
+  /// what is required of the usable ones: finite, with a positive sigma, and of a camera that is there.
   Selection select(const Options& options) noexcept;
 
   /// The last answer of select() in this frame.

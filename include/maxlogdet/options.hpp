@@ -43,8 +43,8 @@ struct Options {
   const double* prior = nullptr;  ///< M0: 6 x 6 row-major, symmetric, in the units and the frame of the blocks. Where
                                   ///< it leaves a direction without information, the default is added. nullptr, the
                                   ///< default: a hundred-millionth of what a median block tells (docs/numerics.md)
-  double time_limit = 0;  ///< s, after which the budget is filled at once; it is read between rounds, and exceeded by
-                          ///< one of them and a pass over all. 0: none
+  double time_limit = 0;  ///< s, after which the budget is filled at once. It cuts only rounds: what comes before them
+                          ///< and a round under way are finished. 0: none
   Strategy strategy = Strategy::lazy_greedy;  ///< how to search
   int threads = 0;  ///< 1: only the calling one; 0: as many of the selector's executor as pay off; n: at most n, and at
                     ///< most 16; always 1 without an executor. The answer does not depend on it
