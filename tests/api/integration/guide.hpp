@@ -222,13 +222,14 @@ class Tracking {
   /// Simplified: the call.
   void TrackLocalMap() {
     if (!is_inertial) {
-#include "orb_slam3_hook.inc"
+#include "orb_slam2_hook.inc"  // NOLINT(readability-duplicate-include): the page has it for both trackers
     } else {
 #include "orb_slam3_inertial_hook.inc"
     }
   }
 
   bool is_inertial = false;
+  int inliers = 0;  ///< a local variable in the real one, which does not read it
   Frame mCurrentFrame;
 #include "orb_slam3_member.inc"
 };
