@@ -18,8 +18,8 @@ class TrackerHook {
   GoodFeatures features;  ///< of the last frame; its block_options may be changed
   Options options;        ///< of the selection: budget, prior, time_limit, ...
 
-  /// From the next frame on, writes each into the folder, for `maxlogdet evaluate FOLDER`. Call it once; see
-  /// GoodFeatures::record().
+  /// From the next frame on, writes each that is selected from, by optimize() or ask() and not by align(), into the
+  /// folder, for `maxlogdet evaluate FOLDER`. Call it once; see GoodFeatures::record().
   bool record(const char* folder) noexcept { return features.record(folder); }
 
  protected:
