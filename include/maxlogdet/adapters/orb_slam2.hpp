@@ -4,12 +4,11 @@
 #include <maxlogdet/adapters/orb_slam.hpp>
 #include <maxlogdet/opencv.hpp>
 
-// docs/trackers.md says where its lines go.
+// docs/trackers.md says where its lines go. Frame::mTcw has to be a cv::Mat, as in the published version.
 
 namespace maxlogdet {
 
 /// Selection in ORB-SLAM2's tracking thread, monocular, stereo and RGB-D (whose depth is a virtual right column there).
-/// Frame::mTcw has to be a cv::Mat, as in the published version.
 class OrbSlam2 : public OrbSlamHook<OrbSlam2> {
  public:
   using OrbSlamHook<OrbSlam2>::OrbSlamHook;

@@ -16,8 +16,7 @@
 namespace maxlogdet {
 
 /// Selection in ORB-SLAM3's tracking thread: pinhole and Kannala-Brandt cameras; monocular, stereo, RGB-D, and rigs of
-/// two fisheyes (mpCamera2), whose blocks are about the left one. From ORB-SLAM3 1.0 on, where Frame has isSet(), and
-/// GetPose() returns a Sophus::SE3f. align() replaces no inertial optimisation: it sets the pose alone.
+/// two fisheyes (mpCamera2), whose blocks are about the left one. From 1.0 on, where GetPose() is a Sophus::SE3f.
 class OrbSlam3 : public OrbSlamHook<OrbSlam3> {
  public:
   using OrbSlamHook<OrbSlam3>::OrbSlamHook;
