@@ -34,15 +34,6 @@ def with_sign(value, verdict):
     return f"{value} {SIGNS[verdict]}".strip()
 
 
-def metrics_table(rows):
-    cells = {}
-    for row in rows:
-        if row["noise_px"] == "1":
-            cells.setdefault(row["selector"], []).append(with_sign(row["mean_below_all"], row["verdict_of_max_log_det"]))
-    return table(["selector", "translation (m)", "rotation (deg)"],
-                 ([f"`{selector}`", *errors] for selector, errors in cells.items()))
-
-
 def unbiased(rows):
     """Of all comparisons of `all` with a metric or random points, in both noises and errors: how many it wins."""
     of_all = {(row["noise_px"], row["error"]): float(row["mean_below_all"]) for row in rows if row["selector"] == "all"}
@@ -95,7 +86,6 @@ def epsilon(rows):
 
 
 BLOCKS = [  # the name in the page, what writes it, and from which file
-    ("metrics_comparison", metrics_table, "metrics/metrics_means.csv"),
     ("unbiased", unbiased, "unbiased/metrics_means.csv"),
     ("budget", budget_table, "budget/budget.csv"),
     ("euroc", euroc_table, "euroc/euroc_differences.csv"),
