@@ -1,7 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Rewrites the tables of what was measured, in README.md, docs/performance.md, docs/threading.md and, which also needs
-the record of profiles/run, in docs/maintenance.md.
+"""Rewrites the tables of what was measured, in README.md, docs/performance.md and docs/threading.md.
 
 Usage: write_pages.py BENCH.json
 """
@@ -10,7 +9,7 @@ import itertools
 import math
 import sys
 
-from maxlogdet_tools.files import ROOT, json_of
+from maxlogdet_tools.files import ROOT
 from maxlogdet_tools.pages import paragraph, rewrite, stamp, table
 from results import CACHES, ISAS, KINDS, MONOCULAR, STEREO, Results, against, lost, ratio, times, us
 
@@ -26,59 +25,48 @@ def plan(results):
     whole = lambda found, counter="us": "–" if found is None else f"{found[counter]:.0f}"
     mono, stereo = row(MONOCULAR), row(STEREO)
     return paragraph(
-        "**Keep the default strategy, `lazy_greedy`. To align 465 matches and to select 100 of them, plan for",
-        f"{whole(mono)} µs per monocular frame and {whole(stereo)} µs per stereo frame.** To select 200, plan for",
-        f"{whole(row(MONOCULAR, '200'))} µs (monocular) or {whole(row(STEREO, '200'))} µs (stereo). These are medians",
-        "with cold caches, over blocks of calls, of the fastest call in each. The covariances of the map points of",
-        "stereo matches are given. When selecting 100 matches, one frame in a hundred took longer than",
-        f"{whole(mono, 'p99_us')} µs (monocular) or {whole(stereo, 'p99_us')} µs (stereo). At 30 frames a second, a",
-        "tracker has 33 000 µs for a frame.",
+        "**Keep the default strategy, `lazy_greedy`. To align 465 matches and select 100, plan for",
+        f"{whole(mono)} µs per monocular frame and {whole(stereo)} µs per stereo frame**, or",
+        f"{whole(row(MONOCULAR, '200'))} and {whole(row(STEREO, '200'))} µs to select 200. When selecting 100, one",
+        f"frame in a hundred took longer than {whole(mono, 'p99_us')} and {whole(stereo, 'p99_us')} µs.",
     )
 
 
 def frames(results):
     """A frame of 465 matches."""
-    rows, calls = [], {}
+    rows, calls = [], []
     for matches, caches in itertools.product(KINDS, CACHES):
         found = [results.tracker(method, matches, caches=caches)
-                 for method in ("append_blocks", "lazy_greedy", "blocks_and_select")]  # fmt: skip
-        rows.append([KINDS[matches], caches, *map(us, found), us(found[-1], "p99_us")])
-        calls.setdefault(caches, []).extend(row["calls"] for row in found if row is not None)
-    least = {caches: f"{min(counts, default=math.nan):.0f}" for caches, counts in calls.items()}
+                 for method in ("align", "append_blocks", "lazy_greedy", "good_features")]  # fmt: skip
+        rows.append([f"{KINDS[matches]}, {caches}", *map(us, found), us(found[-1], "p99_us")])
+        calls += [row["calls"] for row in found if row is not None]
     return [
-        *table(["matches", "caches", "blocks, median, µs", "selection, median, µs", "both, median, µs",
-                "both, 99th percentile, µs"], rows),
+        *table(["matches, caches", "alignment, µs", "blocks, µs", "selection, µs", "all, µs",
+                "all, 99th percentile, µs"], rows),
         "",
-        *paragraph(f"Each hot median is of at least {least['hot']} calls, each cold median of at least",
-                   f"{least['cold']}. They are taken over blocks of calls, from the fastest call in each."),
+        f"Each row is of at least {min(calls, default=math.nan):.0f} calls.",
     ]  # fmt: skip
 
 
 def alignment(results):
-    """All that GoodFeatures does, and how well it aligns."""
-    rows, ratios = [], []
-    for matches, n in itertools.product(KINDS, SIZES):
-        eigen, ours, everything = (results.tracker(method, matches, n, "cold")
-                                   for method in ("eigen_align", "align", "good_features"))  # fmt: skip
-        ratios.append(ratio(eigen, ours))
-        found = ["–", "–"] if ours is None else [f"{ours['inliers']:.0f} ({ours['wrong_percent']:.1f} %)",
-                                                 f"{ours['deviation_mm']:.1f}"]  # fmt: skip
-        rows.append([f"{n}, {KINDS[matches]}", us(eigen), us(ours), us(everything), *found])
-    return [
-        *table(["matches", "Eigen: alignment, median, µs", "maxlogdet: alignment, median, µs",
-                "maxlogdet: all, median, µs", "inliers (wrong among them)", "deviation from the true pose, mm"], rows),
-        "",
-        *paragraph(f"Eigen took {times(min(ratios))} to {times(max(ratios))} times as long."),
-    ]  # fmt: skip
-
-
-def against_eigen(results):
-    rows = []
-    for matches, n in itertools.product(KINDS, SIZES):
-        eigen, ours = (results.tracker(method, matches, n, "cold") for method in ("eigen_lazy_scan", "blocks_and_select"))
-        rows.append([KINDS[matches], n, *against(eigen, ours)])
-    return table(["matches", "n", "Eigen: selection alone, median, µs", "maxlogdet: blocks and selection, median, µs",
-                  "Eigen ÷ maxlogdet (ratio)"], rows)  # fmt: skip
+    """How well GoodFeatures aligns, and how its time grows."""
+    quality = lambda row, text: "–" if row is None else text.format(**row)
+    cold = lambda method, matches, n="465": results.tracker(method, matches, n, "cold")
+    ratios = lambda eigens, ours: [ratio(cold(eigens, matches, n), cold(ours, matches, n))
+                                   for matches, n in itertools.product(KINDS, SIZES)]  # fmt: skip
+    aligned, selected = ratios("eigen_align", "align"), ratios("eigen_lazy_scan", "blocks_and_select")
+    everything = {n: [us(cold("good_features", matches, n)) for matches in (STEREO, MONOCULAR)] for n in SIZES}
+    few, many = SIZES[0], SIZES[-1]
+    return paragraph(
+        quality(cold("align", STEREO), "Of 465 stereo matches {inliers:.0f} were inliers, {wrong_percent:.1f} % of "
+                "them wrong, and the pose was {deviation_mm:.1f} mm from the true one;"),
+        quality(cold("align", MONOCULAR), "of 465 monocular matches {inliers:.0f}, {wrong_percent:.1f} % and "
+                "{deviation_mm:.1f} mm."),
+        f"Cold, *all* took {everything[few][0]} µs (stereo) or {everything[few][1]} µs (monocular) with {few} matches,",
+        f"and {everything[many][0]} µs or {everything[many][1]} µs with {many}. From {few} to {many} matches, Eigen's",
+        f"alignment took {times(min(aligned))} to {times(max(aligned))} times as long as ours, and its selection",
+        f"{times(min(selected))} to {times(max(selected))} times as long as our blocks and selection.",
+    )  # fmt: skip
 
 
 def tracker_latency(results):
@@ -103,40 +91,37 @@ def tracker_latency(results):
     ]  # fmt: skip
 
 
-# docs/performance.md, the grid: the base point, then other values of one setting at a time
+# docs/performance.md, the grid: the base point, then other strategies, and other values of one setting at a time
 
-POINTS = [  # label, what differs from the base point
-    ("the base case", {}),
-    *((f"n = {n}", {"n": n}) for n in ("200", "20000")),
-    ("k = 200", {"k": "200"}),
-    ("blocks of three rows", {"blocks": "3_rows"}),
-    *((ISAS[isa], {"isa": isa}) for isa in ("sse2", "avx2")),
-    ("frame with nearly equal gains", {"family": "nearly_equal_gains"}),
-    ("recorded frames, n about 300", {"family": "real_frames"}),
+EIGENS = {"lazy_greedy": "eigen_lazy_scan", "stochastic_greedy": "eigen_stochastic"}  # of greedy there is none
+POINTS = [  # label, strategy, what differs from the base point
+    ("the base case", "lazy_greedy", {}),
+    ("`greedy`", "greedy", {}),
+    *((f"`stochastic_greedy`, ε = {e}", "stochastic_greedy", {"epsilon": e}) for e in ("0.1", "0.01")),
+    *((f"n = {n}", "lazy_greedy", {"n": n}) for n in ("200", "20000")),
+    ("k = 200", "lazy_greedy", {"k": "200"}),
+    ("three rows", "lazy_greedy", {"blocks": "3_rows"}),
+    *((ISAS[isa], "lazy_greedy", {"isa": isa}) for isa in ("sse2", "avx2")),
+    ("nearly equal gains", "lazy_greedy", {"family": "nearly_equal_gains"}),
+    ("recorded frames, n about 300", "lazy_greedy", {"family": "real_frames"}),
 ]
 
 
-def settings(results):
+def grid(results):
     rows = []
-    for label, where in POINTS:
-        eigen = None if "isa" in where else results.grid("eigen_lazy_scan", **where)
-        ours = results.grid("lazy_greedy", **where)
-        if ours is not None:
-            rows.append([label, *against(eigen, ours)])
-    return table(["setting", "Eigen, median, µs", "maxlogdet, median, µs", "Eigen ÷ maxlogdet (ratio)"], rows)
-
-
-def strategies(results):
-    best = results.grid("lazy_greedy")
-    rows = []
-    for method, eigens, where in (("lazy_greedy", "eigen_lazy_scan", {}), ("greedy", "eigen_greedy", {}),
-                                  *(("stochastic_greedy", "eigen_stochastic", {"epsilon": epsilon})
-                                    for epsilon in ("0.1", "0.01"))):  # fmt: skip
-        row = results.grid(method, **where)
-        name = f"`{method}`" + "".join(f", ε = {epsilon}" for epsilon in where.values())
-        rows.append([name, *against(results.grid(eigens, **where), row), lost(row, best)])
-    return table(["strategy", "Eigen, median, µs", "maxlogdet, median, µs", "Eigen ÷ maxlogdet (ratio)",
-                  "loss, mean, nats"], rows)  # fmt: skip
+    for label, method, where in POINTS:
+        ours = results.grid(method, **where)
+        if ours is None:
+            continue
+        eigen = results.grid(EIGENS[method], **where) if method in EIGENS and "isa" not in where else None
+        best = results.grid("lazy_greedy", **{name: value for name, value in where.items() if name != "epsilon"})
+        rows.append([label, *against(eigen, ours)[1:], lost(ours, best)])
+    return [
+        *paragraph("In the base case, `lazy_greedy` selects 100 of 2000 candidates of two rows in one EuRoC-like",
+                   "frame."),
+        "",
+        *table(["case", "time, µs", "Eigen ÷ ours (ratio)", "loss, mean, nats"], rows),
+    ]
 
 
 # docs/threading.md
@@ -162,7 +147,7 @@ def crossover(results):
     ]  # fmt: skip
 
 
-# docs/maintenance.md
+# docs/performance.md, the targets
 
 
 def targets(results):
@@ -176,32 +161,27 @@ def targets(results):
         rows.append([case, f"≥ {limit:g}", *cells, verdict, bound])
 
     for n, matches, caches, limit, bound in (
-        ("465", STEREO, "hot", 4, "float64 before full rank, blocks and updates"),
-        ("465", STEREO, "cold", 3, "the first touch of code and data"),
-        ("465", MONOCULAR, "cold", 4, "the first touch of code and data"),
+        ("465", STEREO, "hot", 4, "float64 before full rank, blocks, updates"),
+        ("465", STEREO, "cold", 3, "first touch of code and data"),
+        ("465", MONOCULAR, "cold", 4, "first touch of code and data"),
         ("2000", STEREO, "hot", 4.5, "rounds before full rank, where no bound helps"),
     ):
         eigen = results.tracker("eigen_lazy_scan", matches, n, caches)
-        add(f"Eigen ÷ ours, {n} {KINDS[matches]}, {caches}", limit,
+        add(f"{n} {KINDS[matches]}, {caches}", limit,
             [ratio(eigen, results.tracker("blocks_and_select", matches, n, caches, isa=isa)) for isa in isas], bound)  # fmt: skip
     eigen = results.grid("eigen_stochastic")
-    add("Eigen ÷ `stochastic_greedy`, ε = 0.1", 2.5,
+    add("`stochastic_greedy`, ε = 0.1", 2.5,
         [ratio(eigen, results.grid("stochastic_greedy", isa=isa)) for isa in isas],
         "draws and updates, which Eigen pays, too")  # fmt: skip
-    [share] = [r["share_of_peak"] for r in json_of(ROOT / "profiles/roofline.json")["full_round"] if r["rows"] == 2]
-    add("full round ÷ [peak of the core](profiles.md)", 0.8, [share],
-        "multiplications that have nothing to add")  # fmt: skip
     names = [*(ISAS[isa] for isa in isas), "–"][:2]
-    return table(["case (ratio)", "target", *names, "met", "what bounds it"], rows)
+    return table(["Eigen ÷ ours (ratio)", "target", *names, "met", "what bounds it"], rows)
 
 
-README, PERFORMANCE, THREADING, MAINTENANCE = (
-    ROOT / page for page in ("README.md", "docs/performance.md", "docs/threading.md", "docs/maintenance.md"))  # fmt: skip
+README, PERFORMANCE, THREADING = (ROOT / page for page in ("README.md", "docs/performance.md", "docs/threading.md"))
 SECTIONS = {
     README: [tracker_latency],
-    PERFORMANCE: [plan, frames, alignment, against_eigen, settings, strategies],
+    PERFORMANCE: [plan, frames, alignment, grid, targets],
     THREADING: [crossover],
-    MAINTENANCE: [targets],
 }
 
 

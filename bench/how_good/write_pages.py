@@ -72,16 +72,17 @@ def losses(rows):
     by_epsilon = {}
     for loss in (loss for row in rows for loss in row["losses"]):
         by_epsilon.setdefault(loss["epsilon"], []).append(loss["mean_nats"])
-    return table(["ε", "loss, mean, nats", "loss of the worst problem, mean, nats"],
-                 ([f"{epsilon:g}", f"{statistics.mean(of_problems):.2f}", f"{max(of_problems):.2f}"]
-                  for epsilon, of_problems in by_epsilon.items()))  # fmt: skip
+    means = [f"{statistics.mean(of_problems):.2f} ({max(of_problems):.2f}) nats at ε = {epsilon:g}"
+             for epsilon, of_problems in by_epsilon.items()]  # fmt: skip
+    return paragraph(f"In the {len(rows)} problems with n = 2000 and k = 100, it loses in the mean of 100 seeds (and in the",
+                     f"worst problem) {', '.join(means)}.")  # fmt: skip
 
 
 def certificates(rows):
     times = [row["bound_us"] for row in rows]
     return paragraph(
-        f"In the {len(rows)} problems with n = 2000 and k = 100, computing the bound took {min(times):.1f} to",
-        f"{max(times):.1f} µs, and `upper_bound` exceeded the log det of `lazy_greedy` by at most",
+        f"In the {len(rows)} problems with n = 2000 and k = 100, proving `upper_bound` (`Options::certificate`) took",
+        f"{min(times):.1f} to {max(times):.1f} µs. The bound exceeded the log det of `lazy_greedy` by at most",
         f"{max(row['gap_nats'] for row in rows):.4f} nats.",
     )
 
