@@ -25,33 +25,32 @@ def plain_name(symbol):
 
 
 def strategies_of(record, function):
-    """Of each strategy in a record: its name, the gains evaluated, the other lines, and the cells of the function with the
-    largest share. `function`: matches a line with a share and a function."""
+    """By the name of each strategy in a record: the other lines, and the share of each function. `function`: matches a
+    line with a share and a function."""
     body = "\n".join(line for line in (RECORDS / record).read_text().splitlines() if not line.startswith("#"))
+    strategies = {}
     for first, *lines in (block.splitlines() for block in body.strip().split("\n\n")):
-        name, gains = re.fullmatch(r"(\w+): .*, (\d+) gains evaluated, \w+", first).groups()  # of one_selection
+        name = re.fullmatch(r"(\w+): .*, \d+ gains evaluated, \w+", first)[1]  # of one_selection
         shares = collections.Counter()
         for found in filter(None, (re.fullmatch(function, line) for line in lines)):
             shares[plain_name(found[2])] += float(found[1])
+        strategies[name] = lines, shares
+    return strategies
+
+
+def strategies():
+    """The function that takes the largest share of the time of each strategy, and its share of the instructions."""
+    first_of = lambda lines, end: next(line.split()[0] for line in lines if line.endswith(end))
+    counted = strategies_of("callgrind.txt", r" *[0-9,]+ \( ?([0-9.]+)%\) +(?:[^ ]+: )?(.*\(.*)")
+    rows = []
+    for name, (lines, shares) in strategies_of("perf.txt", r" +([0-9.]+)%  (?:\[.\] )?(.*)").items():
         [(largest, share)] = shares.most_common(1)
-        yield name, int(gains), lines, [f"`{largest}`", f"{share:.0f}"]
-
-
-def perf():
-    rows = []
-    for name, _, lines, largest in strategies_of("perf.txt", r" +([0-9.]+)%  (?:\[.\] )?(.*)"):
-        time = next(line.split()[0] for line in lines if line.endswith("us of processor time"))
-        rows.append([name, f"{float(time):.1f}", *largest])
-    return table(["strategy", "time, µs", "largest function", "its share, %"], rows)
-
-
-def callgrind():
-    rows = []
-    function = r" *[0-9,]+ \( ?([0-9.]+)%\) +(?:[^ ]+: )?(.*\(.*)"
-    for name, gains, lines, largest in strategies_of("callgrind.txt", function):
-        total = int(next(line.split()[0] for line in lines if line.endswith("PROGRAM TOTALS")).replace(",", ""))
-        rows.append([name, f"{total / 1e3:.0f}", f"{total / gains:.1f}", *largest])
-    return table(["strategy", "instructions, thousand", "a gain, count", "largest function", "its share, %"], rows)
+        totals, of_instructions = counted[name]
+        instructions = int(first_of(totals, "PROGRAM TOTALS").replace(",", ""))
+        rows.append([name, f"{float(first_of(lines, 'us of processor time')):.1f}", f"{instructions / 1e3:.0f}",
+                     f"`{largest}`", f"{share:.0f}", f"{of_instructions[largest]:.0f}"])  # fmt: skip
+    return table(["strategy", "time, µs", "instructions, thousand", "largest function", "of the time, %",
+                  "of the instructions, %"], rows)  # fmt: skip
 
 
 def roofline():
@@ -67,7 +66,7 @@ def roofline():
     ]  # fmt: skip
 
 
-TABLES = {"perf": perf, "callgrind": callgrind, "roofline": roofline}
+TABLES = {"perf": strategies, "callgrind": strategies, "roofline": roofline}
 
 
 def main():
@@ -75,7 +74,7 @@ def main():
     if any(name not in TABLES for name in names):
         sys.exit(__doc__)
     for name in names:
-        rewrite(PAGE, name, TABLES[name]())
+        rewrite(PAGE, TABLES[name].__name__, TABLES[name]())
         stamp(PAGE, f"profiles {name}")
 
 
