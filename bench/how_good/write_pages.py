@@ -60,11 +60,10 @@ def exhaustive(rows):
         *table(["strategy", "lowest share (ratio)", "1 % quantile (ratio)", "optimal (%)"],
                ([", ".join(names), *cells] for cells, names in alike.items())),
         "",
-        *paragraph(f"The next table gives `upper_bound` less the optimum. A bound is tight within {TIGHT:.0e} nats."),
-        "",
-        *table(["median (nats)", "99 % quantile (nats)", "maximum (nats)", "tight (%)"],
-               [[nats(quantile(bounds, 0.5)), nats(quantile(bounds, 0.99)), nats(max(bounds)),
-                 percent([bound <= TIGHT for bound in bounds])]]),
+        *paragraph(
+            f"`upper_bound` less the optimum: median {nats(quantile(bounds, 0.5))} nats, 99 % quantile",
+            f"{nats(quantile(bounds, 0.99))}, maximum {nats(max(bounds))}, so a bound can be useless.",
+            f"{percent([bound <= TIGHT for bound in bounds])} % are tight within {TIGHT:.0e} nats."),
     ]  # fmt: skip
 
 
