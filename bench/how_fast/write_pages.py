@@ -26,7 +26,7 @@ def plan(results):
     mono, stereo = row(MONOCULAR), row(STEREO)
     return paragraph(
         "**Keep the default strategy, `lazy_greedy`. To align 465 matches and select 100, plan for",
-        f"{whole(mono)} µs per monocular frame and {whole(stereo)} µs per stereo frame**, or",
+        f"{whole(mono)} µs per monocular frame and {whole(stereo)} µs per stereo frame**, cold, or",
         f"{whole(row(MONOCULAR, '200'))} and {whole(row(STEREO, '200'))} µs to select 200. When selecting 100, one",
         f"frame in a hundred took longer than {whole(mono, 'p99_us')} and {whole(stereo, 'p99_us')} µs.",
     )
