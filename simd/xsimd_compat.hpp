@@ -15,9 +15,8 @@
 #include <cstddef>
 #include <cstdint>
 
-// Bridges xsimd 8.1 (Debian 12) and 14, corrects what neither rounds as IEEE 754 requires, and adds what both lack
-// (docs/maintenance.md). Only per-ISA units include it. Internal linkage: a weak symbol would let the linker run wide
-// code on a narrow machine.
+// Bridges xsimd 8.1 (Debian 12) and 14, and adds what both lack (docs/maintenance.md). Only per-ISA units include it.
+// Internal linkage: a weak symbol would let the linker run wide code on a narrow machine.
 //
 // Loads, stores, + - *, comparisons, select, min, max and abs are the same in both. Mind that
 //   - max(x, NaN) is x or NaN, depending on the instruction set: exclude NaN before;
