@@ -13,13 +13,11 @@
 #include <maxlogdet/opencv.hpp>
 #include "orb_slam2_include.inc"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <cstdio>
 #include <list>
 #include <opencv2/core/core.hpp>
 #include <set>
@@ -45,8 +43,17 @@ struct Point {
 
 }  // namespace own
 
-#include "own_types.inc"
-#include "per_thread.inc"
+namespace maxlogdet {
+template <>
+struct PoseTraits<own::Pose> {
+  static RigidTransform convert(const own::Pose& T) { return RigidTransform::from(T.rotation, T.translation); }
+};
+template <>
+struct PointTraits<own::Point> {
+  static void read_three(const own::Point& p, double* to) { p.copy_to(to); }
+};
+}  // namespace maxlogdet
+
 #include "priors.inc"
 
 namespace guide {
@@ -97,9 +104,18 @@ void add_of_rig(maxlogdet::GoodFeatures& good, const double (&of_pinhole)[4], co
   good.select(1);  // while the rig is there
 }
 
-inline void weigh_rows(const Eigen::Matrix<double, 2, 3>& J, const Eigen::Matrix3d& covariance, double sigma,
-                       Eigen::Vector2d& e, Eigen::Matrix<double, 2, 6>& H) {
-#include "weigh_rows.inc"
+/// As the first program of the guide has it, with the number of the map point.
+struct NumberedMatch {
+  double point[3];
+  double pixel[2];
+  double sigma;
+  std::int64_t point_id;
+};
+
+/// `good`, which has a record() and an add() as GoodFeatures, adds one match.
+template <class Good>
+void add_to_recording(Good& good, const NumberedMatch& m) {
+#include "record.inc"
 }
 
 inline bool add_covariance(const maxlogdet::PinholeCamera& pinhole, const Match& m, maxlogdet::FeatureMatch& match,
@@ -111,12 +127,6 @@ inline bool add_covariance(const maxlogdet::PinholeCamera& pinhole, const Match&
 inline maxlogdet::Selection select_by_options(maxlogdet::GoodFeatures& good,
                                               const std::vector<std::uint32_t>& keyframes, std::size_t keyframe_count) {
 #include "options.inc"
-  return selection;
-}
-
-inline maxlogdet::Selection select_rows(maxlogdet::BlockStore& blocks, maxlogdet::Selector& selector,
-                                        const std::vector<Eigen::Matrix<double, 2, 6>>& jacobians) {
-#include "own_jacobians.inc"
   return selection;
 }
 
