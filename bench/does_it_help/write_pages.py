@@ -68,8 +68,9 @@ def worth(evaluations):
     return [
         *paragraph(
             "Three trackers recorded their matches on the same drive through a town. The table shows by how many percent",
-            "the standard deviation of a frame's pose is larger than with all inliers, in translation / rotation. Selected",
-            "and random matches were chosen after the library had rejected wrong ones."),
+            "the standard deviation of the pose, in translation / rotation, is larger with `pose()`, with",
+            f"{USUAL} selected and with {USUAL} random matches than with all inliers. The matches were chosen after the",
+            "library had rejected wrong ones."),
         "",
         *table(["tracker", "inliers (count)", "`pose()` (%)", f"{USUAL} selected (%)", f"{USUAL} random (%)"], rows),
     ]  # fmt: skip
