@@ -375,6 +375,40 @@ TEST(Alignment, that_finds_no_pose_changes_nothing) {
   expect_no_difference(unmeasured_ones.frame, AlignmentStatus::few_matches);
 }
 
+// Of points that are moved along the optical axis.
+double median_distance(const std::vector<Eigen::Vector3d>& points, double moved) {
+  std::vector<double> distances;
+  for (const Eigen::Vector3d& p : points) distances.push_back((p + moved * Eigen::Vector3d::UnitZ()).norm());
+  std::sort(distances.begin(), distances.end());
+  return distances[distances.size() / 2];
+}
+
+// Pixels without noise, of a camera that is turned in its body in any way.
+TEST(Alignment, finds_no_consensus_where_points_are_more_than_four_times_as_far_as_predicted) {
+  for_each_trial(100, [](Random& random) {
+    std::vector<Eigen::Vector3d> points;
+    for (int i = 0; i < 56; ++i)
+      points.emplace_back(random.uniform(-2, 2), random.uniform(-2, 2), random.uniform(9, 11));
+    const double growth = random.chance(0.5) ? random.uniform(3.8, 3.99) : random.uniform(4.01, 4.2);
+    double near = 0, far = 100;
+    for (int i = 0; i < 60; ++i) {
+      const double middle = (near + far) / 2;
+      (median_distance(points, middle) < growth * median_distance(points, 0) ? near : far) = middle;
+    }
+    Camera camera(500, 500, 320, 240);
+    const Isometry T_cb = random_isometry(random, 0, 2);
+    camera.T_cb = T_cb;
+    GoodFeatures good(56);
+    good.start(&camera, 1, RigidTransform::identity());
+    for (const Eigen::Vector3d& p_c : points) {
+      const double z = p_c.z() + near;
+      good.add(Eigen::Vector3d(T_cb.inverse() * p_c),
+               Eigen::Vector2d(320 + 500 * p_c.x() / z, 240 + 500 * p_c.y() / z));
+    }
+    EXPECT_EQ(good.align().status, growth < 4 ? AlignmentStatus::aligned : AlignmentStatus::no_consensus) << growth;
+  });
+}
+
 TEST(Alignment, is_not_spoilt_by_matches_that_are_broken) {
   TracedRandom random;
   Scene scene(random, 200);

@@ -128,6 +128,8 @@ TEST_F(TraitsOfPoses, a_pose_converts_back_to_every_type) {
   expect_back<cv::Matx44d>(T);
   const Eigen::Matrix4d matrix = RigidTransform(T);
   EXPECT_EQ(matrix.row(3), Eigen::RowVector4d(0, 0, 0, 1));
+  const Eigen::MatrixXd dynamic = RigidTransform(T);
+  EXPECT_EQ(dynamic, matrix);
 }
 
 TEST(Traits, matrices_of_another_size_or_type_are_refused) {
