@@ -409,6 +409,22 @@ TEST(Alignment, finds_no_consensus_where_points_are_more_than_four_times_as_far_
   });
 }
 
+// A quarter of them is nearly half that is off on one side, with what is so by chance: enough for a doubt alone.
+TEST(Alignment, keeps_right_columns_of_which_a_quarter_is_wrong) {
+  for_each_trial(10, [](Random& random) {
+    FeatureKind kind;
+    kind.depth_cue = DepthCue::stereo;
+    Scene scene(random, 2000, kind);
+    for (FeatureMatch& match : scene.frame.matches) {
+      if (match.u_right >= 0 && random.chance(0.25)) match.u_right += 14 * match.sigma;
+    }
+    GoodFeatures good(2000);
+    scene.frame.gather(good);
+    EXPECT_EQ(good.align().status, AlignmentStatus::aligned);
+    EXPECT_EQ(good.alignment().warning, Warning::none);
+  });
+}
+
 TEST(Alignment, is_not_spoilt_by_matches_that_are_broken) {
   TracedRandom random;
   Scene scene(random, 200);
