@@ -75,14 +75,6 @@ struct Match {
   std::vector<Observation> observations;
 };
 
-struct Slot {
-  bool is_outlier;
-};
-
-inline void mark_outliers(const maxlogdet::GoodFeatures& good, std::vector<Slot>& slots) {
-#include "by_number.inc"
-}
-
 /// `good`, which has a start() as GoodFeatures, starts four times.
 template <class Good, class Isometry>
 void start_by_all(Good& good, const maxlogdet::Camera& camera, const Isometry& isometry, const float* rows,

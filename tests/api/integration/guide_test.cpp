@@ -242,20 +242,6 @@ struct GuideFrame {
   GoodFeatures good;
 };
 
-TEST(FrameGuide, outliers_are_marked_in_the_trackers_own_slots) {
-  TracedRandom random;
-  GuideFrame frame(random, 300);
-  GoodFeatures& good = frame.good;
-  good.select(100);
-  good.outliers(frame.T_cw);
-  std::vector<guide::Slot> slots(600);
-  guide::mark_outliers(good, slots);
-  for (std::size_t i = 0; i < 300; ++i) {
-    EXPECT_EQ(slots[2 * i].is_outlier, i % 7 == 0 && !good.is_selected(i)) << i;
-    EXPECT_FALSE(slots[2 * i + 1].is_outlier);
-  }
-}
-
 TEST(FrameGuide, octaves_right_columns_and_depths_are_those_of_the_block) {
   TracedRandom random;
   const Eigen::Vector3d p_c = random_point_in_camera(random);
