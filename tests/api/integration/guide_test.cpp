@@ -226,19 +226,17 @@ static_assert(CanSelect<Selector&>::value && !CanSelect<Selector>::value, "Selec
 
 // A monocular frame, of whose matches every seventh is wrong.
 struct GuideFrame {
-  GuideFrame(Random& random, std::size_t n) : T_cw(random_pose(random, 2, 0.9)), good(n) {
+  GuideFrame(Random& random, std::size_t n) : good(n) {
+    const Pose T_cw = random_pose(random, 2, 0.9);
     const PinholeCamera camera(458, 457, 367, 248, 50);
     good.start(camera, T_cw);
     for (std::size_t i = 0; i < n; ++i) {
       const Eigen::Vector3d p_c = random_point_in_camera(random), point = T_cw.inverse() * p_c;
       const double u = camera.fx * p_c.x() / p_c.z() + camera.cx, v = camera.fy * p_c.y() / p_c.z() + camera.cy;
-      FeatureMatch match(point, Eigen::Vector2d(u + (i % 7 == 0 ? 10 : 0), v));
-      match.id = static_cast<std::uint32_t>(2 * i);
-      good.add(match);
+      good.add(point, Eigen::Vector2d(u + (i % 7 == 0 ? 10 : 0), v));
     }
   }
 
-  Pose T_cw;
   GoodFeatures good;
 };
 
@@ -296,7 +294,6 @@ TEST(OptionsGuide, groups_hold_and_the_budget_is_full_whatever_the_time) {
   for (std::uint32_t i = 0; i < 900; ++i) keyframes[i] = i % 60;
   const Selection selection = guide::select_by_options(frame.good, keyframes, 60);
   EXPECT_TRUE(selection.status == Status::target_reached || selection.size == 100U);
-  EXPECT_GT(selection.certified_efficiency(), 0);
   std::vector<int> of_keyframe(60);
   for (const std::uint32_t i : selection) EXPECT_LE(++of_keyframe[keyframes[i]], 10);
 }
