@@ -21,7 +21,7 @@ RECORDINGS = {
 }
 TOWN = {"orb_slam2_frames_0039": "ORB-SLAM2", "orb_slam3_frames_0039": "ORB-SLAM3",
         "lk_vo_frames_0039": "textbook odometry"}
-BUDGETS = [30, 100, 200]
+BUDGETS = [100, 200]
 PARTS = ["translation", "rotation"]
 USUAL = 100
 

@@ -11,6 +11,7 @@
 #include <maxlogdet/eigen.hpp>
 #include <maxlogdet/maxlogdet.hpp>
 #include <maxlogdet/opencv.hpp>
+#include "examples/priors.hpp"
 #include "orb_slam2_include.inc"
 
 #include <Eigen/Core>
@@ -53,8 +54,6 @@ struct PointTraits<own::Point> {
   static void read_three(const own::Point& p, double* to) { p.copy_to(to); }
 };
 }  // namespace maxlogdet
-
-#include "priors.inc"
 
 namespace guide {
 
@@ -216,22 +215,16 @@ struct Frame : orb_slam::Frame<MapPoint> {
 class Optimizer {
  public:
   int static PoseOptimization(Frame* pFrame);
-  int static PoseInertialOptimizationLastKeyFrame(Frame* pFrame, bool bRecInit = false);
 };
 
 class Tracking {
  public:
   /// Simplified: the call.
   void TrackLocalMap() {
-    if (!is_inertial) {
-#include "orb_slam2_hook.inc"  // NOLINT(readability-duplicate-include): the page has it for both trackers
-    } else {
-#include "orb_slam3_inertial_hook.inc"
-    }
+    // The page has it for both trackers. NOLINTNEXTLINE(readability-duplicate-include)
+#include "orb_slam2_hook.inc"
   }
 
-  bool is_inertial = false;
-  int inliers = 0;  ///< a local variable in the real one, which does not read it
   Frame mCurrentFrame;
 #include "orb_slam3_member.inc"
 };
