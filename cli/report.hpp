@@ -20,7 +20,7 @@ struct Verdict {
 
 /// Errors count as shared from this correlation of neighbours on, if its interval lies above half of it. Of the
 /// recordings at hand ORB-SLAM2's have .01 to .04 and gain most by md, those of a patch-aligning
-/// odometry .08 to .4, and gain most by md_spread (docs/odometry.md).
+/// odometry .08 to .4, and gain most by md_spread (docs/evaluate.md).
 constexpr double shared_from = 0.06;
 
 /// Decides by the budget next to 100, at which a selection pays if its deviations are smaller than those of as many

@@ -219,14 +219,13 @@ class Optimizer {
 
 class Tracking {
  public:
-  /// Simplified: the call.
-  void TrackLocalMap() {
-    // The page has it for both trackers. NOLINTNEXTLINE(readability-duplicate-include)
-#include "orb_slam2_hook.inc"
-  }
-
   Frame mCurrentFrame;
 #include "orb_slam3_member.inc"
+
+  /// Simplified: the call.
+  void TrackLocalMap() {
+#include "orb_slam2_hook.inc"  // NOLINT(readability-duplicate-include): the page has it for both trackers
+  }
 };
 
 }  // namespace ORB_SLAM3
