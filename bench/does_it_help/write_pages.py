@@ -68,9 +68,8 @@ def worth(evaluations):
     return [
         *paragraph(
             "Three trackers recorded their matches on the same drive through a town. The table shows by how many percent",
-            "the standard deviation of the pose, in translation / rotation, is larger with `pose()`, with",
-            f"{USUAL} selected and with {USUAL} random matches than with all inliers. The matches were chosen after the",
-            "library had rejected wrong ones."),
+            "the standard deviation of the pose, in translation / rotation, is larger than with all inliers. Matches were",
+            "chosen after the library had rejected wrong ones."),
         "",
         *table(["tracker", "inliers (count)", "`pose()` (%)", f"{USUAL} selected (%)", f"{USUAL} random (%)"], rows),
     ]  # fmt: skip

@@ -72,22 +72,20 @@ def alignment(results):
 def tracker_latency(results):
     """The table of README.md."""
     rows = []
-    for matches, caches in itertools.product(KINDS, CACHES):
-        everything, align, *eigen = (results.tracker(method, matches, caches=caches) for method in
+    for matches, label in KINDS.items():
+        everything, align, *eigen = (results.tracker(method, matches, caches="cold") for method in
                                      ("good_features", "align", "eigen_align", "eigen_lazy_scan"))  # fmt: skip
         both = "–" if None in eigen else f"{sum(of_one['us'] for of_one in eigen):.1f}"
-        rows.append([KINDS[matches], caches, us(align), us(everything), us(everything, "p99_us"), both])
+        rows.append([label, us(align), us(everything), both])
     return [
         *paragraph(
             "From 465 matches of a simulated frame, 12 % of them wrong, the library computes inliers and pose, and selects",
-            "100. *Hot* calls follow each other. Before a *cold* call other work has filled the caches, as in a tracker, so",
-            "plan with the cold rows ([details](docs/performance.md#alignment)). *Eigen* is the same alignment and lazy",
-            "greedy among all 465 matches, written by us. It is given the selection's Jacobians, which maxlogdet computes.",
-            "Both are given the covariances of the map points.",
+            "100. Before each call other work has filled the caches, as in a tracker ([warm caches, slowest",
+            "frames](docs/performance.md#a-trackers-frame)). *Eigen* is the same alignment and lazy greedy among all 465",
+            "matches, written by us. It is given the selection's Jacobians, which maxlogdet computes.",
         ),
         "",
-        *table(["matches", "caches", "inliers and pose, median, µs", "all, median, µs", "all, 99th percentile, µs",
-                "Eigen: all, median, µs"], rows),
+        *table(["matches", "inliers and pose, median, µs", "all, median, µs", "Eigen: all, median, µs"], rows),
     ]  # fmt: skip
 
 
