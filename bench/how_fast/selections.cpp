@@ -175,26 +175,22 @@ void add_other_frames() {
   }
 }
 
-// What threads gain over n, and what the automatic choice (0) costs where one thread is best.
+// What threads gain over n.
 void add_threads() {
   Case at;
+  at.kind = "threads";
   at.helpers = sim::executor();
   const int most = at.helpers == nullptr ? 1 : at.helpers->concurrency();
   if (most == 1) return;
-  const auto add_all = [&at](const char* kind, const std::vector<std::size_t>& sizes, const std::vector<int>& threads) {
-    at.kind = kind;
-    for (const std::size_t n : sizes) {
+  for (const Strategy strategy : {Strategy::greedy, Strategy::lazy_greedy}) {
+    at.strategy = strategy;
+    for (const std::size_t n : std::vector<std::size_t>{10000, 20000, 50000, 100000}) {
       at.n = n;
-      for (const int count : threads) {
+      for (const int count : {1, most}) {
         at.threads = count;
         add(at);
       }
     }
-  };
-  for (const Strategy strategy : strategies) {
-    at.strategy = strategy;
-    if (!at.is_stochastic()) add_all("threads", {2000, 10000, 20000, 50000, 100000}, {1, most});
-    add_all("choose", {200, 500, 1000, 2000, 5000}, {0, 1});
   }
 }
 

@@ -118,15 +118,15 @@ def crossover(results):
     """The gain of several threads."""
     found = [row for row in results.rows if row["kind"] == "threads"]
     several = max((row["threads"] for row in found), key=int)
-    sizes = sorted({int(row["n"]) for row in found if int(row["n"]) >= 10000})
-    gain = lambda method, n: ratio(*(results.find(kind="threads", method=method, n=str(n), threads=threads)
+    sizes = sorted({row["n"] for row in found}, key=int)
+    gain = lambda method, n: ratio(*(results.find(kind="threads", method=method, n=n, threads=threads)
                                      for threads in ("1", several)))  # fmt: skip
     methods = ["greedy", "lazy_greedy"]  # rounds of stochastic_greedy are too short for threads
     return [
         f"Time of one thread divided by that of {several}, in EuRoC-like frames with k = 100:",
         "",
         *table(["n", *(f"`{name}`" for name in methods)],
-               ([str(n), *(times(gain(method, n)) for method in methods)] for n in sizes)),
+               ([n, *(times(gain(method, n)) for method in methods)] for n in sizes)),
     ]  # fmt: skip
 
 
