@@ -151,7 +151,7 @@ def targets(results):
         add(f"{n} {'stereo' if matches == STEREO else 'monocular'}, {caches}", limit,
             [ratio(eigen, results.tracker("blocks_and_select", matches, n, caches, isa=isa)) for isa in isas])  # fmt: skip
     eigen = results.grid("eigen_stochastic")
-    add("`stochastic_greedy`, ε = 0.1", 2.5,
+    add("the base case, `stochastic_greedy`", 2.5,
         [ratio(eigen, results.grid("stochastic_greedy", isa=isa)) for isa in isas])  # fmt: skip
     names = [*(ISAS[isa] for isa in isas), "–"][:2]
     return table(["Eigen ÷ ours", "target", *names], rows)
