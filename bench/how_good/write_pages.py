@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Rewrites how near answers and bounds come to the best of all subsets, in docs/trust.md, and what the
-proved upper bound is worth and costs, in docs/performance.md.
+"""Rewrites how near answers and bounds come to the best of all subsets, in docs/trust.md, and what stochastic greedy
+loses and what the proved upper bound is worth and costs, in docs/performance.md.
 
 Usage: write_pages.py EXHAUSTIVE.csv DISTANCES.json    (of tests/core/exhaustive_test.cpp and maxlogdet_distance)
 """
@@ -63,6 +63,16 @@ def exhaustive(rows):
     ]  # fmt: skip
 
 
+def losses(rows):
+    by_epsilon = {}
+    for loss in (loss for row in rows for loss in row["losses"]):
+        by_epsilon.setdefault(loss["epsilon"], []).append(loss["mean_nats"])
+    means = [f"{statistics.mean(of_problems):.2f} ({max(of_problems):.2f}) nats at ε = {epsilon:g}"
+             for epsilon, of_problems in by_epsilon.items()]  # fmt: skip
+    return paragraph(f"In the {len(rows)} problems with n = 2000 and k = 100, it loses in the mean of 100 seeds (and in the",
+                     f"worst problem) {', '.join(means)}.")  # fmt: skip
+
+
 def certificates(rows):
     times = [row["bound_us"] for row in rows]
     return paragraph(
@@ -76,6 +86,7 @@ def main():
         sys.exit(__doc__)
     distances = json_of(sys.argv[2])
     rewrite(TRUST, "exhaustive", exhaustive(rows_of(sys.argv[1])))
+    rewrite(PERFORMANCE, "losses", losses(distances))
     rewrite(PERFORMANCE, "certificates", certificates(distances))
     for page in (TRUST, PERFORMANCE):
         stamp(page, "how_good")
