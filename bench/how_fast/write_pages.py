@@ -11,7 +11,7 @@ import sys
 
 from maxlogdet_tools.files import ROOT
 from maxlogdet_tools.pages import paragraph, rewrite, stamp, table
-from results import CACHES, ISAS, KINDS, MONOCULAR, STEREO, Results, against, lost, ratio, times, us
+from results import ISAS, KINDS, MONOCULAR, STEREO, Results, against, lost, ratio, times, us
 
 SIZES = ["200", "465", "1000", "2000"]
 
