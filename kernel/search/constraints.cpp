@@ -39,7 +39,7 @@ bool Constraints::list_members(std::size_t count, const GroupOptions& groups) no
   if (std::any_of(groups.ids, groups.ids + count, [&](std::uint32_t id) { return id >= groups.count; })) return false;
   const std::size_t numbered = number_groups(count, groups);
   std::uint32_t* const first = first_member_.data();
-  std::fill_n(first, numbered + 1, 0U);
+  std::fill_n(first, numbered, 0U);
   for (std::size_t i = 0; i < count; ++i) ++first[group_[static_cast<Index>(i)]];
   std::uint32_t end = 0;
   for (std::size_t group = 0; group < numbered; ++group) {
