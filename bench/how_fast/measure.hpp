@@ -29,7 +29,8 @@ constexpr const char* to_string(Caches caches) { return caches == Caches::hot ? 
 
 /// Registers the case KIND/METHOD/KEY:VALUE/..., whose work is constructed again for each block. `blocks`: how many; 0:
 /// as many as --benchmark_repetitions says.
-void add_case(const std::string& name, const std::function<Work()>& make_work, Caches caches = Caches::hot, int blocks = 0);
+void add_case(const std::string& name, const std::function<Work()>& make_work, Caches caches = Caches::hot,
+              int blocks = 0);
 
 /// grid/: select() and Eigen's selections over n, k, epsilon and instruction sets. threads/, choose/: select()
 /// on several threads.
