@@ -64,19 +64,14 @@ float median(const float* values, std::size_t count, std::size_t& finite) {
   return end_of(low);
 }
 
-// Which of a pack of tiles are evaluated.
-inline Floats::batch_bool_type are_evaluated(const RoundArrays& arrays, std::size_t tile, float evaluated_from) {
-  return Floats::load_unaligned(arrays.bounds + tile) >= Floats(evaluated_from);
-}
-
 std::size_t list_survivors(const Tiles& tiles, const Round& round, Lane* lanes) {
   const RoundArrays& arrays = round.arrays;
   const float threshold = round.filter.survivor_threshold(round.assured);
   std::size_t found = 0;
   for (std::size_t first = 0; first < tiles.count; first += float_lanes) {
     const auto reach = Floats::load_unaligned(arrays.highest + first) >= Floats(threshold);
-    const auto holds = reach & are_evaluated(arrays, first, round.evaluated_from);
-    for (std::uint32_t bits = lane_mask(holds); bits != 0; bits &= bits - 1) {
+    const auto is_evaluated = Floats::load_unaligned(arrays.bounds + first) >= Floats(round.evaluated_from);
+    for (std::uint32_t bits = lane_mask(reach & is_evaluated); bits != 0; bits &= bits - 1) {
       const std::size_t tile = first + static_cast<std::size_t>(__builtin_ctz(bits));
       for (std::size_t lane = tile * tile_size; lane < (tile + 1) * tile_size; lane += float_lanes) {
         const auto survives = Floats::load_unaligned(arrays.gains + lane) >= Floats(threshold);
