@@ -9,5 +9,6 @@ namespace maxlogdet::cli {
 /// input.
 void add_select_command(CLI::App& program);
 void add_evaluate_command(CLI::App& program);
+void add_demo_command(CLI::App& program);
 
 }  // namespace maxlogdet::cli

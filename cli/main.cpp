@@ -30,5 +30,6 @@ int main(int argc, char** argv) {
         program.set_version_flag("--version", version_text, "Version, instruction sets and threads");
         maxlogdet::cli::add_select_command(program);
         maxlogdet::cli::add_evaluate_command(program);
+        maxlogdet::cli::add_demo_command(program);
       });
 }

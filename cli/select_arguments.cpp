@@ -3,11 +3,9 @@
 
 #include "bench/world/command_line.hpp"
 #include "bench/world/names.hpp"
-#include "bench/world/output_file.hpp"
 
 #include <charconv>
 #include <cstddef>
-#include <filesystem>
 #include <system_error>
 
 namespace maxlogdet::cli {
@@ -71,9 +69,6 @@ void add_output_options(CLI::App& command, SelectArguments& arguments) {
       ->check(CLI::Range(std::int64_t{1}, max_count))
       ->capture_default_str();
   command.add_flag("--json", arguments.as_json, "One JSON object for each frame, in a line");
-  command.add_option("--plot-data", arguments.plot_data,
-                     "Write the data of a picture into this .json file, one for each frame of a folder; tools/draw "
-                     "of the sources draws it");
 }
 
 // Refuses options without effect.
@@ -84,13 +79,6 @@ void check_used(const CLI::App& command, const SelectArguments& arguments) {
   refuse_idle(command, "--map-sigma", !arguments.input.empty(), "--input");
   refuse_idle(command, "--ignore-covariances", !arguments.input.empty(), "--input");
   refuse_idle(command, "--max-per-cell", !arguments.grid.empty(), "--grid");
-}
-
-void check_plot_data(const std::string& file) {
-  if (file.empty()) return;
-  sim::require_input(std::filesystem::path(file).extension() == ".json",
-                     "--plot-data '" + file + "'; expected a file that ends in .json");
-  sim::check_output_file(file);
 }
 
 }  // namespace
@@ -111,7 +99,6 @@ void SelectArguments::complete(const CLI::App& command) {
   options.threads = static_cast<int>(threads);
   options.time_limit = time_limit_ms / 1e3;
   options.groups.maximum = static_cast<std::size_t>(max_per_cell);
-  check_plot_data(plot_data);
 }
 
 std::optional<sim::ImageGrid> SelectArguments::image_grid() const {

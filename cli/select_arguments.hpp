@@ -24,7 +24,6 @@ struct SelectArguments {
   bool stereo = false;
   std::int64_t repeat = 100;
   bool as_json = false;
-  std::string plot_data;  ///< empty: none
   std::int64_t threads = 0;
   double time_limit_ms = 0;
   std::string grid;  ///< empty: no groups

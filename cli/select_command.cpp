@@ -2,17 +2,14 @@
 #include "bench/world/executor.hpp"
 #include "bench/world/frame_reader.hpp"
 #include "bench/world/latency.hpp"
-#include "bench/world/output_file.hpp"
 #include "bench/world/scene.hpp"
 #include "cli/commands.hpp"
 #include "cli/select_arguments.hpp"
 #include "cli/select_output.hpp"
-#include "cli/selection_data.hpp"
 
 #include <maxlogdet/maxlogdet.hpp>
 
 #include <algorithm>
-#include <filesystem>
 #include <iostream>
 #include <memory>
 #include <optional>
@@ -75,9 +72,6 @@ class SelectCommand {
   void run() {
     for (const sim::Frame& frame : frames_) try_out(frame);
     for (const sim::Frame& frame : frames_) select(frame);
-    if (arguments_.as_json || arguments_.plot_data.empty()) return;
-    std::cout << '\n';
-    for (const sim::Frame& frame : frames_) std::cout << "data of a picture: " << plot_data_of(frame) << '\n';
   }
 
  private:
@@ -90,13 +84,6 @@ class SelectCommand {
     options_.groups.ids = cells_.data();
   }
 
-  // Each frame of a folder has its file: selection.json becomes selection_frame_001.json and so on.
-  std::string plot_data_of(const sim::Frame& frame) const {
-    if (is_alone()) return arguments_.plot_data;
-    const std::filesystem::path path(arguments_.plot_data);
-    return (path.parent_path() / (path.stem().string() + "_" + frame.name + path.extension().string())).string();
-  }
-
   Error build(const sim::Frame& frame, const std::vector<FeatureMatch>& matches) {
     BlockOptions options = arguments_.block_options;
     if (frame.camera.depth_sigma > 0) options.depth_sigma = frame.camera.depth_sigma;
@@ -104,7 +91,6 @@ class SelectCommand {
   }
 
   void try_out(const sim::Frame& frame) {
-    if (!arguments_.plot_data.empty()) sim::check_output_file(plot_data_of(frame));
     warn(frame, arguments_);
     const Error error = build(frame, matches_of(frame, arguments_.stereo));
     if (error != Error::none) throw sim::InputError("frame " + frame.name + ": " + explained(error, Options()));
@@ -124,9 +110,6 @@ class SelectCommand {
     Selection selection{};
     timing.select =
         sim::measure_latency(frame.name + ", select", repeat, [&] { selection = selector_.select(blocks_, options_); });
-    if (!arguments_.plot_data.empty()) {  // first: if it fails, nothing is printed of the frame
-      sim::write_file(plot_data_of(frame), sim::to_text(selection_data(frame, {selection.begin(), selection.end()})));
-    }
     print(frame, selection, timing);
   }
 

@@ -3,12 +3,12 @@
 // sets, other blocks and frames at its base point, and one thread against several.
 #include "bench/how_fast/eigen_baselines.hpp"
 #include "bench/how_fast/measure.hpp"
-#include "bench/how_fast/tracker_frames.hpp"
 #include "bench/world/data_folder.hpp"
 #include "bench/world/executor.hpp"
 #include "bench/world/frame_reader.hpp"
 #include "bench/world/names.hpp"
 #include "bench/world/scene.hpp"
+#include "bench/world/tracker_frames.hpp"
 #include "tests/support/processor.hpp"
 
 #include <algorithm>
@@ -26,8 +26,8 @@ namespace {
 constexpr const char* nearly_equal_gains = "nearly_equal_gains";
 constexpr const char* real_frames = "real_frames";
 
-constexpr Kind two_rows{"2_rows", DepthCue::none, false};
-constexpr Kind three_rows{"3_rows", DepthCue::stereo, false};
+constexpr sim::TrackerKind two_rows{"2_rows", DepthCue::none, false};
+constexpr sim::TrackerKind three_rows{"3_rows", DepthCue::stereo, false};
 
 struct Case {
   std::string kind = "grid";
@@ -35,7 +35,7 @@ struct Case {
   std::string family = "euroc_like";
   std::size_t n = 2000;
   std::size_t k = 100;
-  Kind blocks = two_rows;
+  sim::TrackerKind blocks = two_rows;
   double epsilon = 0.1;  // of stochastic greedy
   std::string isa = active_isa();
   Executor* helpers = nullptr;
@@ -51,7 +51,7 @@ struct Case {
   }
 };
 
-BlockStore store_of(const sim::Frame& frame, const Kind& kind) {
+BlockStore store_of(const sim::Frame& frame, const sim::TrackerKind& kind) {
   BlockStore blocks(frame.matches.size());
   build_blocks(frame, feature_matches(frame, kind.depth_cue), BlockOptions(), blocks);
   return blocks;

@@ -3,8 +3,8 @@
 // GoodFeatures does, which aligns the pose before. KITTI-like frames, all matches stereo or all monocular.
 #include "bench/how_fast/eigen_baselines.hpp"
 #include "bench/how_fast/measure.hpp"
-#include "bench/how_fast/tracker_frames.hpp"
 #include "bench/world/se3.hpp"
+#include "bench/world/tracker_frames.hpp"
 #include "tests/support/processor.hpp"
 
 #include <algorithm>
@@ -17,14 +17,14 @@ namespace maxlogdet::bench {
 namespace {
 
 struct Task {
-  Kind kind;
+  sim::TrackerKind kind;
   std::size_t n;
   std::size_t k = 100;
   std::string isa = active_isa();
 
-  const TrackerFrames& frames = frames_of(kind, n);
+  const sim::TrackerFrames& frames = sim::frames_of(kind, n);
 
-  const TrackerFrame& frame(std::size_t call) const { return frames[call % frame_count]; }
+  const sim::TrackerFrame& frame(std::size_t call) const { return frames[call % sim::frame_count]; }
 };
 
 // append_blocks, select, or both.
@@ -50,7 +50,7 @@ Work library_work(const Task& task, bool builds, bool selects) {
   const auto record = [=](std::size_t /*call*/, Sums& sums) {
     if (selects) sums["log_det"] += state->selection.log_det;
   };
-  return {run, record, prepare, frame_count};
+  return {run, record, prepare, sim::frame_count};
 }
 
 Work eigen_work(const Task& task) {
@@ -61,11 +61,11 @@ Work eigen_work(const Task& task) {
     task.frame(call).build(*blocks);
     selector->load(*blocks);
   };
-  return {[=](std::size_t /*call*/) { selector->lazy_greedy(task.k); }, {}, load, frame_count};
+  return {[=](std::size_t /*call*/) { selector->lazy_greedy(task.k); }, {}, load, sim::frame_count};
 }
 
 // What an alignment found, beside its time.
-void record_alignment(const TrackerFrame& frame, const GoodFeatures& good, Sums& sums) {
+void record_alignment(const sim::TrackerFrame& frame, const GoodFeatures& good, Sums& sums) {
   double inliers = 0, wrong = 0;
   for (std::size_t i = 0; i < frame.measured.size(); ++i) {
     inliers += good.is_inlier(i) ? 1 : 0;
@@ -83,26 +83,26 @@ Work good_features_work(const Task& task, bool selects) {
   const test::ForcedIsa forced(task.isa.c_str());
   const auto good = std::make_shared<GoodFeatures>(task.n);
   const auto fill = [=](std::size_t call) {
-    const TrackerFrame& frame = task.frame(call);
+    const sim::TrackerFrame& frame = task.frame(call);
     good->start(Camera(frame.frame.camera), frame.T_predicted);
     for (const FeatureMatch& match : frame.measured) good->add(match);
   };
   const auto record = [=](std::size_t call, Sums& sums) { record_alignment(task.frame(call), *good, sums); };
-  if (!selects) return {[good](std::size_t /*call*/) { good->align(); }, record, fill, frame_count};
+  if (!selects) return {[good](std::size_t /*call*/) { good->align(); }, record, fill, sim::frame_count};
   const auto run = [=](std::size_t call) {
     fill(call);
     good->select(task.k);
   };
-  return {run, record, {}, frame_count};
+  return {run, record, {}, sim::frame_count};
 }
 
 Work eigen_alignment_work(const Task& task) {
   const auto aligner = std::make_shared<EigenAligner>();
   const auto run = [=](std::size_t call) {
-    const TrackerFrame& frame = task.frame(call);
+    const sim::TrackerFrame& frame = task.frame(call);
     aligner->align(frame.frame.camera, frame.T_predicted, frame.measured);
   };
-  return {run, {}, {}, frame_count};
+  return {run, {}, {}, sim::frame_count};
 }
 
 template <class MakeWork>
@@ -134,7 +134,7 @@ void add_frame(const Task& task, Caches caches) {
 void add_tracker_cases() {
   std::vector<std::string> isas = {active_isa()};
   if (isas.front() != "avx2" && isa_is_supported("avx2")) isas.emplace_back("avx2");
-  for (const Kind& kind : kinds) {
+  for (const sim::TrackerKind& kind : sim::tracker_kinds) {
     for (const std::size_t n : {200U, 465U, 1000U, 2000U}) {
       for (const Caches caches : {Caches::hot, Caches::cold}) {
         for (const std::string& isa : isas) add_frame({kind, n, 100, isa}, caches);
@@ -145,7 +145,7 @@ void add_tracker_cases() {
   add_case(
       "baseline/eigen_lazy_scan",
       [] {
-        return eigen_work({stereo, 465});
+        return eigen_work({sim::stereo_tracker, 465});
       },
       Caches::hot, 80);
 }

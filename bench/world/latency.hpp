@@ -30,18 +30,23 @@ inline Latency latency_of(std::vector<double> microseconds) {
   return {quantile(0.5), quantile(0.99), microseconds.back()};
 }
 
+/// Returns the wall time of one call, us.
+template <class Work>
+double microseconds_of(const Work& work) {
+  const auto start = std::chrono::steady_clock::now();
+  work();
+  return std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - start).count();
+}
+
 /// Calls `work` once to warm up, and times each of `repeat` further calls (at least one). After two seconds the
 /// progress is shown on stderr, if that is a terminal, under the name `what`.
 template <class Work>
 Latency measure_latency(const std::string& what, std::size_t repeat, const Work& work) {
-  using Clock = std::chrono::steady_clock;
   work();
   std::vector<double> microseconds(std::max<std::size_t>(repeat, 1));
   Progress progress(what, "call");
   for (std::size_t i = 0; i < microseconds.size(); ++i) {
-    const auto start = Clock::now();
-    work();
-    microseconds[i] = std::chrono::duration<double, std::micro>(Clock::now() - start).count();
+    microseconds[i] = microseconds_of(work);
     progress.update(i + 1, microseconds.size());
   }
   return latency_of(std::move(microseconds));

@@ -6,9 +6,9 @@
 #include "bench/does_the_paper_hold/estimate.hpp"
 #include "bench/does_the_paper_hold/metrics.hpp"
 #include "bench/how_fast/eigen_baselines.hpp"
-#include "bench/how_fast/tracker_frames.hpp"
 #include "bench/world/draws.hpp"
 #include "bench/world/scene.hpp"
+#include "bench/world/tracker_frames.hpp"
 #include "tests/bench/simulated_frames.hpp"
 #include "tests/support/oracle.hpp"
 #include "tests/support/support.hpp"
@@ -234,7 +234,7 @@ TEST(Epsilon, the_table_averages_what_it_names) {
             "n = 1000 k = 100,0.1,0.532,0.9900,4.0,7.5,1.8\n");
 }
 
-class EigenBaselines : public testing::TestWithParam<bench::Kind> {};
+class EigenBaselines : public testing::TestWithParam<sim::TrackerKind> {};
 
 // The library rounds medians to 12 bits, so that a match whose error is next to the limit may be on either side.
 TEST_P(EigenBaselines, find_the_inliers_but_for_ties_and_the_pose_of_the_library) {
@@ -242,7 +242,7 @@ TEST_P(EigenBaselines, find_the_inliers_but_for_ties_and_the_pose_of_the_library
   std::size_t with_ties = 0;
   for (std::uint64_t seed = 1; seed <= frames; ++seed) {
     SCOPED_TRACE(seed);
-    const bench::TrackerFrame frame(GetParam(), 465, seed);
+    const sim::TrackerFrame frame(GetParam(), 465, seed);
     const PinholeCamera& camera = frame.frame.camera;
     GoodFeatures good(frame.measured.size());
     good.start(camera, frame.T_predicted);
@@ -269,7 +269,7 @@ TEST_P(EigenBaselines, find_the_inliers_but_for_ties_and_the_pose_of_the_library
 // A sample of all candidates is no sample: the answer of stochastic greedy is then greedy's.
 TEST_P(EigenBaselines, select_what_lazy_greedy_selects_and_sample_what_epsilon_asks_for) {
   BlockStore store;
-  bench::TrackerFrame(GetParam(), 465, 1).build(store);
+  sim::TrackerFrame(GetParam(), 465, 1).build(store);
   Options options;
   options.budget = 100;
   options.prior = bench::common_prior();
@@ -287,7 +287,7 @@ TEST_P(EigenBaselines, select_what_lazy_greedy_selects_and_sample_what_epsilon_a
   EXPECT_GT(eigen->log_det(), selection.log_det - 2);  // nats
 }
 
-INSTANTIATE_TEST_SUITE_P(Kinds, EigenBaselines, testing::ValuesIn(bench::kinds),
+INSTANTIATE_TEST_SUITE_P(Kinds, EigenBaselines, testing::ValuesIn(sim::tracker_kinds),
                          [](const auto& kind) { return std::string("of_") + kind.param.name; });
 
 }  // namespace

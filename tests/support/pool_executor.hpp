@@ -8,7 +8,8 @@
 #include <thread>
 #include <vector>
 
-namespace maxlogdet::test {
+namespace maxlogdet {  // C++11, for those who copy it
+namespace test {
 
 /// An executor with threads of its own, as a tracker offers its pool. It serves one caller at a time; a second one
 /// works alone.
@@ -87,4 +88,5 @@ class PoolExecutor final : public Executor {
   bool ends_ = false;
 };
 
-}  // namespace maxlogdet::test
+}  // namespace test
+}  // namespace maxlogdet

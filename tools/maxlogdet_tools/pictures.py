@@ -15,6 +15,7 @@ STYLES = {
 # Of `maxlogdet evaluate`, in the order of the key.
 COLOURS = {"md": Colour.VERMILION, "md_spread": Colour.PURPLE, "md_ungated": Colour.ORANGE, "bucket_gated": Colour.GREEN,
            "random_gated": Colour.BLUE, "random": "#808080", "aligned": Colour.SKY_BLUE}
+WRONG = "#ff3020"  # wrong matches, crosses
 
 
 # `maxlogdet_simulate metrics`: RMS errors over the subset size, four panels as in the paper
@@ -96,39 +97,25 @@ def deviation(data):
     ))
 
 
-# `maxlogdet select --plot-data`: a frame's matches from above and as the camera sees them, as in the paper's simulation
-# figure: selected ones red, the others blue
+# `maxlogdet demo --plot-data`: the chosen matches of a frame as the camera sees them, one panel for each way to choose
 
 
-def reach_of(distances, selected):
-    """A few points at hundreds of metres would compress all others into a corner: the view from above covers 97 % of the
-    points, and the selected ones.
-    """
-    at = int(0.97 * (len(distances) - 1)) if distances else None
-    return 1.05 * max([1.0 if at is None else sorted(distances)[at], 1.0, *(distances[i] for i in selected)])
-
-
-def selection(frame):
-    """`frame`: what cli/selection_data.hpp writes."""
-    points = list(zip(frame["right_m"], frame["forward_m"], frame["u_px"], frame["v_px"]))
-    selected = set(frame["selected"])
-    width, height = frame["width_px"], frame["height_px"]
-    side = reach_of([abs(right) for right in frame["right_m"]], selected)
-    depth = reach_of(frame["forward_m"], selected)
-    title = f"{frame['frame']}: {len(selected)} of {len(points)} matches selected"
-    return Picture(1200, 480, (
-        data_block("unselected", [point for i, point in enumerate(points) if i not in selected])
-        + data_block("selected", [point for i, point in enumerate(points) if i in selected])
-        + f"set multiplot layout 1,2 title {quoted(title)}\n"
-        "set style line 1 lc rgb '#3465c4' pt 7 ps 0.3\nset style line 2 lc rgb '#d62020' pt 7 ps 0.6\n"
-        "set tics nomirror out\nset key outside bottom center horizontal\n"
-        "set title 'map view (from above, camera at the bottom)'\nset xlabel 'right (m)'\nset ylabel 'forward (m)'\n"
-        f"set xrange [{number(-side)}:{number(side)}]\nset yrange [0:{number(depth)}]\n"
-        "plot $unselected using 1:2 with points ls 1 title 'unselected', "
-        "$selected using 1:2 with points ls 2 title 'selected', "
-        "'-' using 1:2 with points lc rgb 'black' pt 9 ps 1.5 notitle\n0 0\ne\n"
-        "set title 'camera view'\nset xlabel 'u (px)'\nset ylabel 'v (px)'\n"
-        f"set xrange [0:{width}]\nset yrange [{height}:0]\nset size ratio {number(height / width)}\n"
-        "plot $unselected using 3:4 with points ls 1 title 'unselected', "
-        "$selected using 3:4 with points ls 2 title 'selected'\nunset multiplot\n"
+def choices(data):
+    """`data`: what cli/demo_command.cpp writes."""
+    pixels, is_wrong = list(zip(data["u_px"], data["v_px"])), data["is_wrong"]
+    width, height = data["width_px"], data["height_px"]
+    blocks, panels = data_block("every", pixels), ""
+    for number_of, choice in enumerate(data["choices"]):
+        parts = [[pixels[i] for i in choice["matches"] if is_wrong[i] == wrong] for wrong in (False, True)]
+        blocks += data_block(f"correct_{number_of}", parts[0]) + data_block(f"wrong_{number_of}", parts[1])
+        title = (f"{choice['name']}: {len(parts[0])} correct, {len(parts[1])} wrong; "
+                 f"error of the position {choice['position_error']:.2f}")
+        panels += (f"set title {quoted(title)}\nplot $every with points pt 7 ps 0.2 lc rgb '#c0c0c0' notitle, "
+                   f"$correct_{number_of} with points pt 7 ps 0.5 lc rgb '{Colour.BLUE}' notitle, "
+                   f"$wrong_{number_of} with points pt 2 ps 0.9 lw 2 lc rgb '{WRONG}' notitle\n")
+    title_of_all = "A frame: correct matches blue, wrong ones red. Errors are those over all frames; all matches: 1"
+    return Picture(1200, 520, (
+        f"{blocks}set multiplot layout 2,2 title {quoted(title_of_all)}\n"
+        f"unset tics\nset xrange [0:{width}]\nset yrange [{height}:0]\nset size ratio {number(height / width)}\n"
+        f"{panels}unset multiplot\n"
     ))

@@ -9,7 +9,7 @@
 #include <set>
 #include <vector>
 
-#include "pool_executor.hpp"  // of docs/threading.md
+#include "pool_executor.hpp"
 
 namespace {
 
@@ -34,7 +34,7 @@ bool has_the_log_det_of_eigen() {
 }
 
 bool helpers_change_nothing(const std::vector<Eigen::Vector3d>& points) {
-  PoolExecutor executor(1);
+  maxlogdet::test::PoolExecutor executor(1);
   maxlogdet::BlockStore store(points.size());
   std::vector<maxlogdet::FeatureMatch> matches;
   for (const Eigen::Vector3d& point : points) matches.emplace_back(point);

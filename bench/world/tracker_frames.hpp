@@ -12,26 +12,26 @@
 
 // KITTI-like frames as a tracker passes them to the library, with their blocks.
 
-namespace maxlogdet::bench {
+namespace maxlogdet::sim {
 
-struct Kind {
+struct TrackerKind {
   const char* name;
   DepthCue depth_cue;
   bool has_covariances;
 };
-constexpr Kind monocular{"monocular", DepthCue::none, false};
-constexpr Kind stereo{"stereo_with_covariances", DepthCue::stereo, true};
-constexpr Kind kinds[] = {monocular, stereo};
+constexpr TrackerKind monocular_tracker{"monocular", DepthCue::none, false};
+constexpr TrackerKind stereo_tracker{"stereo_with_covariances", DepthCue::stereo, true};
+constexpr TrackerKind tracker_kinds[] = {monocular_tracker, stereo_tracker};
 
 /// A frame of n matches.
 struct TrackerFrame {
-  TrackerFrame(const Kind& kind, std::size_t n, std::uint64_t seed);
+  TrackerFrame(const TrackerKind& kind, std::size_t n, std::uint64_t seed);
   TrackerFrame(const TrackerFrame&) = delete;
   TrackerFrame& operator=(const TrackerFrame&) = delete;
 
   void build(BlockStore& blocks) const;
 
-  sim::Frame frame;                 ///< without noise, at the true pose
+  Frame frame;                      ///< without noise, at the true pose
   std::vector<FeatureMatch> exact;  ///< its matches; of a stereo frame all are stereo
 
   // What a tracker has before it aligns: measurements, and points that have covariances, with noise as modelled, 12 %
@@ -41,13 +41,13 @@ struct TrackerFrame {
   RigidTransform T_predicted = nullptr;
 
  private:
-  void measure(const Kind& kind, std::uint64_t seed);
+  void measure(const TrackerKind& kind, std::uint64_t seed);
 };
 
 constexpr std::size_t frame_count = 4;  ///< of each kind: branch predictors would learn a single frame
 using TrackerFrames = std::deque<TrackerFrame>;
 
 /// The frames that calls cycle through, made once and kept.
-const TrackerFrames& frames_of(const Kind& kind, std::size_t n);
+const TrackerFrames& frames_of(const TrackerKind& kind, std::size_t n);
 
-}  // namespace maxlogdet::bench
+}  // namespace maxlogdet::sim

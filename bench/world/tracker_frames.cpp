@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "bench/how_fast/tracker_frames.hpp"
+#include "bench/world/tracker_frames.hpp"
 
 #include "bench/world/draws.hpp"
 #include "bench/world/projection.hpp"
@@ -14,23 +14,23 @@
 #include <string>
 #include <utility>
 
-namespace maxlogdet::bench {
+namespace maxlogdet::sim {
 namespace {
 
 constexpr double metres_since_triangulation = 3;
 constexpr double triangulation_sigma = 0.5;  // px, times the match's own
 constexpr double share_of_wrong = 0.12;
-constexpr double prediction_error[] = {0.02, 0.1 * sim::radians};  // m, rad
+constexpr double prediction_error[] = {0.02, 0.1 * radians};  // m, rad
 
 // Of the frame's points, if a stereo pair with its camera has triangulated them from behind its prior pose:
 // (J R)^-1 sigma^2 (J R)^-T. All points are in front of that pair.
-std::vector<std::array<double, 9>> stereo_covariances(const sim::Frame& frame) {
-  sim::Pose T_cw = sim::pose_of(frame.T_cw_prior);
+std::vector<std::array<double, 9>> stereo_covariances(const Frame& frame) {
+  Pose T_cw = pose_of(frame.T_cw_prior);
   T_cw.pretranslate(Eigen::Vector3d(0, 0, metres_since_triangulation));
   std::vector<std::array<double, 9>> covariances;
-  for (sim::Match match : frame.matches) {
+  for (Match match : frame.matches) {
     match.u_right = 0;  // stereo; the Jacobian does not depend on the value
-    sim::LinearizedMatch at;
+    LinearizedMatch at;
     linearize(frame.camera, T_cw, match, true, at);
     const Eigen::Matrix3d inverse = at.H_p.inverse();
     covariances.emplace_back();
@@ -42,8 +42,8 @@ std::vector<std::array<double, 9>> stereo_covariances(const sim::Frame& frame) {
 
 }  // namespace
 
-TrackerFrame::TrackerFrame(const Kind& kind, std::size_t n, std::uint64_t seed)
-    : frame(make_scene(sim::Scene::kitti_like, n, seed)) {
+TrackerFrame::TrackerFrame(const TrackerKind& kind, std::size_t n, std::uint64_t seed)
+    : frame(make_scene(Scene::kitti_like, n, seed)) {
   if (kind.has_covariances) frame.map_covariances = stereo_covariances(frame);
   exact = feature_matches(frame, kind.depth_cue);
   for (FeatureMatch& match : exact) {
@@ -52,18 +52,18 @@ TrackerFrame::TrackerFrame(const Kind& kind, std::size_t n, std::uint64_t seed)
   measure(kind, seed);
 }
 
-void TrackerFrame::measure(const Kind& kind, std::uint64_t seed) {
-  sim::Draws draws(seed, 1);
-  sim::Vector6 off;
+void TrackerFrame::measure(const TrackerKind& kind, std::uint64_t seed) {
+  Draws draws(seed, 1);
+  Vector6 off;
   for (int i : {0, 1}) off.segment<3>(Eigen::Index{3} * i) = prediction_error[i] * draws.normal3(1).normalized();
-  T_predicted = RigidTransform::row_major(sim::to_rows(sim::exp_se3(off) * sim::pose_of(frame.T_cw_prior)).data());
+  T_predicted = RigidTransform::row_major(to_rows(exp_se3(off) * pose_of(frame.T_cw_prior)).data());
   for (std::size_t i = 0; i < frame.matches.size(); ++i) {
-    const sim::Match& match = frame.matches[i];
+    const Match& match = frame.matches[i];
     const double sigma = 1 / std::sqrt(match.inv_sigma2);
     Eigen::Vector3d point(match.point), noise = draws.normal3(sigma);
     is_wrong.push_back(draws.chance(share_of_wrong) ? 1 : 0);
     if (is_wrong.back() != 0) {
-      const double angle = draws.uniform(0, 2 * sim::pi), moved = draws.uniform(5, 40);
+      const double angle = draws.uniform(0, 2 * pi), moved = draws.uniform(5, 40);
       noise += moved * Eigen::Vector3d(std::cos(angle), std::sin(angle), std::cos(angle));
     }
     const double* covariance = nullptr;
@@ -79,11 +79,11 @@ void TrackerFrame::measure(const Kind& kind, std::uint64_t seed) {
 
 void TrackerFrame::build(BlockStore& blocks) const { build_blocks(frame, exact, BlockOptions(), blocks); }
 
-const TrackerFrames& frames_of(const Kind& kind, std::size_t n) {
+const TrackerFrames& frames_of(const TrackerKind& kind, std::size_t n) {
   static std::map<std::pair<std::string, std::size_t>, TrackerFrames> kept;
   TrackerFrames& frames = kept[{kind.name, n}];
   for (std::uint64_t seed = 1; frames.size() < frame_count; ++seed) frames.emplace_back(kind, n, seed);
   return frames;
 }
 
-}  // namespace maxlogdet::bench
+}  // namespace maxlogdet::sim
