@@ -103,33 +103,6 @@ struct SeenPack {
   Mask has_image, is_definite;  // no variance has underflowed to zero, nor has a covariance left no digits
 };
 
-// A of a pinhole that is its own body, without covariances: by the rays of the points it is triangular, and takes
-// neither J nor a rotation. Of a selection from 465 matches this saves 4 to 8 % (AVX-512) or 8 to 13 % (AVX2).
-template <DepthCue third>
-[[gnu::always_inline]] inline void see_along_rays(const BlockInput& input, const CameraInput& camera, const Point& p,
-                                                  const Noise& noise, SeenPack<rows_with(third)>& seen) {
-  const Doubles zero(0.0);
-  const Doubles inverse_z = Doubles(1.0) / p.z;
-  const Doubles weight = inverse_z / noise.sigma;
-  seen.has_image = p.z > zero;
-  seen.is_definite = has_variances<third>(noise);
-  Doubles(&a)[rows_with(third)][3] = seen.a;
-  Doubles column = Doubles(camera.fx) * weight;
-  a[0][1] = a[0][2] = a[1][2] = zero;
-  a[1][1] = Doubles(camera.fy) * weight;
-  if constexpr (third == DepthCue::stereo) {
-    const Doubles depth = Doubles(camera.bf * root_half) * (inverse_z * weight);
-    column = xsimd::select(noise.has_third, column * Doubles(2 * root_half), column);
-    a[2][2] = xsimd::select(noise.has_third, depth, zero);
-    a[0][2] = a[2][2];
-  } else if constexpr (third == DepthCue::depth) {
-    a[2][2] = xsimd::select(noise.has_third, Doubles(1 / input.depth_sigma), zero);
-  }
-  a[0][0] = column;
-  a[0][2] = a[0][2] - a[0][0] * (p.x * inverse_z);
-  a[1][2] = a[1][2] - a[1][1] * (p.y * inverse_z);
-}
-
 // A of any camera on the body, p_b in the body's frame.
 template <DepthCue third, bool by_map>
 [[gnu::always_inline]] inline void see_by_jacobian(const BlockInput& input, const CameraInput& camera, const Point& p_b,
@@ -154,12 +127,10 @@ template <DepthCue third, bool by_map>
 }
 
 // A pack of matches from lane i of the batch on, each as its camera sees it.
-template <DepthCue third, bool by_map, bool along_rays>
+template <DepthCue third, bool by_map>
 [[gnu::always_inline]] inline void see(const BlockInput& input, const Batch& batch, std::size_t i, const Point& p,
                                        const Noise& noise, SeenPack<rows_with(third)>& seen) {
-  if constexpr (along_rays) {
-    see_along_rays<third>(input, input.cameras[0], p, noise, seen);
-  } else if (input.camera_count == 1) {
+  if (input.camera_count == 1) {
     see_by_jacobian<third, by_map>(input, input.cameras[0], p, noise, seen);
   } else {
     seen.has_image = seen.is_definite = Mask(false);
@@ -273,14 +244,14 @@ inline void report(const Mask& is_finite, const Mask& is_there, const Mask& has_
 }
 
 // Makes a pack of blocks, of lanes [i, i + double_lanes) of the batch.
-template <DepthCue third, bool by_map, bool along_rays>
+template <DepthCue third, bool by_map>
 [[gnu::always_inline]] inline void build_pack(const BlockInput& input, const Batch& batch, std::size_t i,
                                               Largest& largest, Mask& has_three_rows, BlockOutput& output) {
   constexpr int row_count = rows_with(third);
   const Noise noise = noise_of<third, by_map>(input, batch, i);
   const Point p = transform(input.T_bw, batch.point(i));
   SeenPack<row_count> seen;
-  see<third, by_map, along_rays>(input, batch, i, p, noise, seen);
+  see<third, by_map>(input, batch, i, p, noise, seen);
   Doubles h[row_count][dimension];
   multiply_by_point_jacobian(seen.a, p, h);
   const Mask is_placed = is_finite(p);
@@ -308,7 +279,7 @@ template <DepthCue third, bool by_map, bool along_rays>
   largest.take(h, of_block);
 }
 
-template <DepthCue third, bool by_map, bool along_rays>
+template <DepthCue third, bool by_map>
 void build_blocks(const BlockInput& input, BlockOutput& output) {
   Batch batch;
   Largest largest;
@@ -317,7 +288,7 @@ void build_blocks(const BlockInput& input, BlockOutput& output) {
     batch.count = input.size - batch.first < batch_size ? input.size - batch.first : batch_size;
     read_matches<third, by_map>(input, batch, output);
     for (std::size_t i = 0; i < batch.count; i += double_lanes) {
-      build_pack<third, by_map, along_rays>(input, batch, i, largest, has_three_rows, output);
+      build_pack<third, by_map>(input, batch, i, largest, has_three_rows, output);
     }
   }
   output.has_three_rows = xsimd::any(has_three_rows);
@@ -326,12 +297,7 @@ void build_blocks(const BlockInput& input, BlockOutput& output) {
 
 template <DepthCue third>
 void build_blocks(const BlockInput& input, BlockOutput& output) {
-  const bool is_alone = input.camera_count == 1 && is_plain(input.cameras[0]);
-  if (input.by_map) {
-    build_blocks<third, true, false>(input, output);
-  } else {
-    is_alone ? build_blocks<third, false, true>(input, output) : build_blocks<third, false, false>(input, output);
-  }
+  input.by_map ? build_blocks<third, true>(input, output) : build_blocks<third, false>(input, output);
 }
 
 void build_blocks(const BlockInput& input, BlockOutput& output) {
