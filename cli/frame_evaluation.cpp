@@ -23,7 +23,9 @@ struct Chi2 {
 constexpr Chi2 of_two = {1.386, 2.25, 10.597}, of_three = {2.366, 3.470, 12.838};
 constexpr double first_noise = 2.25;  // over the modelled variance: the first limits are wide
 constexpr double least_noise = 1e-8;  // residuals are rounding errors
+constexpr double much_less = 0.5;     // of the noise: another consensus, and not the same by other roundings
 constexpr std::size_t min_inliers = 10;
+constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double spread = 1.5;  // as docs/guide.md recommends
 
 using Indices = std::vector<std::uint32_t>;
@@ -91,23 +93,44 @@ class FrameEvaluator {
   bool find_pose_of_all() {
     Indices matches(frame_.matches.size());
     std::iota(matches.begin(), matches.end(), 0U);
-    noise_ = first_noise;
-    for (int pass = 0; pass < 3; ++pass) {
-      RejectionOptions rejection;
-      rejection.chi2_monocular = of_two.limit * noise_;
-      rejection.chi2_stereo = of_three.limit * noise_;
-      rejection.stereo = pose_.stereo;
-      const Rejection rejected =
-          reject_outliers(frame_.camera, frame_.matches, matches, start_, rejection, whitenings_);
-      inliers_ = rejected.inliers;
-      if (!rejected.estimate.is_usable() || inliers_.size() < min_inliers) return false;
-      noise_ = std::max(noise_at(rejected.estimate.T_cw), least_noise);
+    Consensus found = consensus_of(matches, start_);
+    // A few wrong points next to the camera can lead the first round to a pose that fits few others.
+    if (gated_.alignment().is_aligned()) {
+      Consensus aligned = consensus_of(candidates_of({"", Choice::all, true}), to_pose(gated_.pose()));
+      if (aligned.noise < much_less * found.noise) found = std::move(aligned);
     }
+    if (!(found.noise < infinity)) return false;
+    inliers_ = std::move(found.inliers);
+    noise_ = found.noise;
     pose_.huber_monocular = std::sqrt(of_two.huber * noise_);
     pose_.huber_stereo = std::sqrt(of_three.huber * noise_);
-    all_ = optimize_pose(frame_.camera, frame_.matches, inliers_, start_, pose_, whitenings_);
+    all_ = optimize_pose(frame_.camera, frame_.matches, inliers_, found.start, pose_, whitenings_);
     covariance_ = all_.covariance();
     return all_.is_usable() && covariance_.allFinite();
+  }
+
+  // Matches that fit one pose, and the robust variance of the residuals over the modelled one: infinite without a pose.
+  struct Consensus {
+    Pose start;
+    Indices inliers = {};
+    double noise = infinity;
+  };
+
+  Consensus consensus_of(const Indices& matches, const Pose& start) const {
+    Consensus found{start};
+    double noise = first_noise;
+    for (int pass = 0; pass < 3; ++pass) {
+      RejectionOptions rejection;
+      rejection.chi2_monocular = of_two.limit * noise;
+      rejection.chi2_stereo = of_three.limit * noise;
+      rejection.stereo = pose_.stereo;
+      const Rejection rejected = reject_outliers(frame_.camera, frame_.matches, matches, start, rejection, whitenings_);
+      found.inliers = rejected.inliers;
+      if (!rejected.estimate.is_usable() || found.inliers.size() < min_inliers) return found;
+      noise = std::max(noise_at(rejected.estimate.T_cw), least_noise);
+    }
+    found.noise = noise;
+    return found;
   }
 
   // The median of chi2 over its expectation: of all matches, most of which are no outliers.
@@ -181,8 +204,8 @@ class FrameEvaluator {
     deviation.predicted = traces_of(estimate.covariance() - covariance_);
     deviation.xi = log_se3(estimate.T_cw * all_.T_cw.inverse());
     if (!estimate.is_usable() || !deviation.predicted.allFinite()) {
-      deviation.predicted.setConstant(std::numeric_limits<double>::infinity());
-      deviation.xi.setConstant(std::numeric_limits<double>::infinity());
+      deviation.predicted.setConstant(infinity);
+      deviation.xi.setConstant(infinity);
     }
     return deviation;
   }
@@ -195,7 +218,7 @@ class FrameEvaluator {
   PoseOptions pose_;
   std::vector<Whitening> whitenings_;  // of all matches
   Indices inliers_;                    // ascending
-  double noise_ = 1;                   // robust variance of the residuals over the modelled one
+  double noise_ = 1;                   // of the consensus
   PoseEstimate all_;
   Matrix6 covariance_;  // of the pose of all
 };

@@ -112,9 +112,10 @@ struct FrameEvaluation {
   FrameNoise noise;
 };
 
-/// Inliers agree with the pose of ORB-SLAM2's four rounds from the frame's prior pose, within the 99.5 % quantile of
-/// the noise that the median of chi2 tells: so sigmas may be wrong by a factor. Poses minimise Huber's loss of that
-/// noise. `number` decides the random numbers.
+/// Inliers agree with the pose of ORB-SLAM2's four rounds from the frame's prior pose, or with that of such rounds with
+/// the inliers of GoodFeatures, where the median of chi2 is less than half of that; within the 99.5 % quantile of the
+/// noise that the median tells: so sigmas may be wrong by a factor. Poses minimise Huber's loss of that noise. `number`
+/// decides the random numbers.
 FrameEvaluation evaluate_frame(const Frame& frame, std::size_t number, const EvaluationOptions& options);
 
 /// Returns a quantile, linear between order statistics (R's type 7), of at least one value.

@@ -23,9 +23,9 @@ constexpr const char* parts_of_both = "translation and rotation";
 std::string count(double matches) { return std::to_string(std::lround(matches)); }
 
 // "12 %", or with an interval "12 % (9 to 15)".
-std::string percent(double share) { return fixed(100 * share, share < 0.095 ? 1 : 0) + " %"; }
+std::string percent(double share) { return fixed(100 * share, std::abs(share) < 0.095 ? 1 : 0) + " %"; }
 std::string percent(const Statistic& share) {
-  const auto bound = [](double value) { return fixed(100 * value, value < 0.095 ? 1 : 0); };
+  const auto bound = [](double value) { return fixed(100 * value, std::abs(value) < 0.095 ? 1 : 0); };
   return percent(share.value) + " (" + bound(share.interval.low) + " to " + bound(share.interval.high) + ")";
 }
 
@@ -121,11 +121,16 @@ class Judge {
     advise(pays);
   }
 
-  // Not shown to be far.
+  // pose() is not shown to be far from the pose of all inliers, or is shown to be as near to the truth.
   bool is_pose_near() const {
     const EvaluationRow* const aligned = evaluation_.row("aligned", 0);
-    return aligned != nullptr && aligned->costs[0].growth.interval.low <= limits[2] &&
-           aligned->costs[1].growth.interval.low <= limits[2];
+    return aligned != nullptr && (aligned->steps > 0 ? has_small_errors(*aligned) : is_near_all(*aligned));
+  }
+  static bool is_near_all(const EvaluationRow& row) {
+    return row.costs[0].growth.interval.low <= limits[2] && row.costs[1].growth.interval.low <= limits[2];
+  }
+  static bool has_small_errors(const EvaluationRow& row) {
+    return row.costs[0].true_growth.interval.low <= limits[2] && row.costs[1].true_growth.interval.low <= limits[2];
   }
 
   std::string growth_text(const EvaluationRow& row) const {
@@ -138,13 +143,23 @@ class Judge {
            percent(random->costs[1].growth.value);
   }
 
-  // The pose of all inliers is no truth where matches share errors.
+  // The pose of all inliers is no truth.
   std::string caution(const EvaluationRow& row) const {
+    if (row.steps > 0) return ". " + true_growth_text(row);
     if (!verdict_.shares_errors) return "";
-    if (row.steps == 0)
-      return ". The pose of all inliers has the shared errors, too: this is not the error to the truth";
-    return ". Against the true poses the error grows by " + percent(row.costs[0].true_growth) + " in translation and " +
+    return ". The pose of all inliers has the shared errors, too: this is not the error to the truth";
+  }
+  static std::string true_growth_text(const EvaluationRow& row) {
+    return "Against the true poses the error grows by " + percent(row.costs[0].true_growth) + " in translation and " +
            percent(row.costs[1].true_growth) + " in rotation";
+  }
+
+  // Two estimates from nearly the same matches should agree.
+  static std::string caution_of_pose(const EvaluationRow& aligned) {
+    if (aligned.steps > 0) return ". " + true_growth_text(aligned);
+    if (is_near_all(aligned)) return "";
+    return ". Both poses are of nearly the same matches, so errors are larger than sigmas say: where points of the map "
+           "are uncertain, record their covariances, and to know which pose is better, true ones";
   }
 
   // From which on the growth is within the limit; 0: none.
@@ -165,9 +180,9 @@ class Judge {
     if (const EvaluationRow* const aligned = evaluation_.row("aligned", 0)) {
       const std::string grows = "standard deviation grows by " + percent(aligned->costs[0].growth) +
                                 " in translation and " + percent(aligned->costs[1].growth) + " in rotation";
-      verdict_.advice.push_back(is_pose_near() ? "For the pose alone, do not select, take pose(): its " + grows + "."
-                                               : "For the pose alone, optimise with all inliers, not pose(), whose " +
-                                                     grows + ".");
+      verdict_.advice.push_back((is_pose_near() ? "For the pose alone, do not select, take pose(): its "
+                                                : "For the pose alone, optimise with all inliers, not pose(), whose ") +
+                                grows + caution_of_pose(*aligned) + ".");
     }
     if (verdict_.recommended != selector_) {
       verdict_.advice.emplace_back("For later steps, use all inliers, or try larger --budgets.");

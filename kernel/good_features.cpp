@@ -209,9 +209,11 @@ void GoodFeatures::State::explain_rejected() noexcept {
 // What is missing of a sizeable share of the usable matches, by its most frequent cause.
 Warning GoodFeatures::State::warning() const noexcept {
   const Alignment& found = aligner.found();
+  const auto usable = std::count(is_usable.begin(), is_usable.begin() + static_cast<std::ptrdiff_t>(frame.size), 1);
+  if (frame.size >= sizeable_count && 2 * static_cast<std::size_t>(usable) <= frame.size)
+    return Warning::unusable_matches;
   if (found.warning != Warning::none) return found.warning;
   const std::size_t missing = report.invalid - report.unusable;
-  const auto usable = std::count(is_usable.begin(), is_usable.begin() + static_cast<std::ptrdiff_t>(frame.size), 1);
   if (missing < sizeable_count || static_cast<double>(missing) < sizeable_share * static_cast<double>(usable)) {
     const bool has_failed =
         found.status != AlignmentStatus::none && !found.is_aligned() && found.measured >= Aligner::fewest_matches;

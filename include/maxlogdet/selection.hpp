@@ -27,7 +27,7 @@ struct IndexRange {
 struct Alignment {
   AlignmentStatus status = AlignmentStatus::none;  ///< how it ended
   Error error = Error::none;                       ///< what is wrong with the frame; select() then says the same
-  Warning warning = Warning::none;                 ///< a cue that does not fit, and was left out
+  Warning warning = Warning::none;                 ///< large errors, or a cue that was left out
   std::size_t measured = 0;                        ///< matches that were aligned: usable, with a measurement
   std::size_t inliers = 0;                         ///< how many of these fit
   double scale = 0;    ///< robust standard deviation of the whitened residuals: 1 if the sigmas are right

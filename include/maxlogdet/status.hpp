@@ -58,13 +58,19 @@ enum class AlignmentStatus {
     "covariances are not finite, negative, or huge, and these matches not used: give none where it is unknown")       \
   X(unbounded_blocks, "blocks exceed float32: points lie at the centre of the camera, or sigmas are almost zero")     \
   X(not_aligned, "the matches could not be aligned, so that none was rejected: alignment() of GoodFeatures says why") \
+  X(large_errors,                                                                                                     \
+    "the residuals that fit best are more than three times as large as the sigmas say, so that the pose may be off: " \
+    "check the sigmas and the camera, and whether most matches are right")                                            \
+  X(unusable_matches,                                                                                                 \
+    "half of the matches or more are not usable: not finite, with a sigma that is not positive, or of a camera that " \
+    "is not there")                                                                                                   \
   X(misfitting_right_columns,                                                                                         \
     "u and v fit, but most right columns do not, and were not used: check bf (baseline times fx, in the unit of the " \
     "points) and cx_right")                                                                                           \
   X(misfitting_depths,                                                                                                \
     "u and v fit, but most depths do not, and were not used: check their unit, that of the points, and depth_sigma")
 
-/// What is suspicious of a frame that is answered: of at least 5 % of the usable matches, or of most cues.
+/// What is suspicious of a frame that is answered: of at least 5 % of the usable matches, or of most matches or cues.
 enum class Warning {
 #define MAXLOGDET_ENUMERATOR(name, explanation) name,
   MAXLOGDET_WARNINGS(MAXLOGDET_ENUMERATOR)

@@ -29,6 +29,8 @@ constexpr double coarsest_scale = 1.0 / 32;
 constexpr double most_growth = 4;
 // Of |W J|^2 over its median: ten times as near as half of the matches.
 constexpr double most_leverage = 100;
+constexpr double largest_expected_scale = 3;  // in recordings of trackers it is at most 1.1
+
 // At a good prediction the scale is smaller than at the aligned pose by chance, but not by so much.
 constexpr double tolerated_growth = 1.25;
 
@@ -132,6 +134,7 @@ void Aligner::align_once(const MatchedFrame& frame, const double* prior, unsigne
   if (is_aligned) {
     found_.pose = RigidTransform::row_major(motion_.pose());
     found_.scale = std::sqrt(scale_squared_);
+    found_.warning = found_.scale > largest_expected_scale ? Warning::large_errors : Warning::none;
   } else {
     found_.inliers = 0;
     std::fill_n(found_.information, 36, 0.0);

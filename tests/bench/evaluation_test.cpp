@@ -111,6 +111,32 @@ TEST(FrameNoise, correlation_is_that_of_products_freed_from_the_fit) {
   EXPECT_TRUE(std::isnan(sim::correlation_of({0, 0, 0, 10, 1, 5}))) << "no pairs";
 }
 
+// Points next to the camera that are wrongly matched can lead a first round astray, where all others are far away.
+TEST(EvaluationOfFrames, finds_the_pose_that_most_matches_fit_beside_wrong_points_next_to_the_camera) {
+  TracedRandom random;
+  std::size_t led_astray = 0;
+  for (int trial = 0; trial < 20; ++trial) {
+    Frame frame = recording(random, FrameKind::monocular, 1, 200)[0];
+    const Pose T_cw = sim::pose_of(*frame.T_cw_true);
+    frame.T_cw_prior = sim::to_rows(random_pose(random, 0.05, 0.02) * T_cw);
+    for (std::size_t i = 0; i < 200; ++i) {
+      Match& match = frame.matches[i];
+      const bool is_wrong = i % 4 == 0;
+      Eigen::Vector3d p_c = 10 * (T_cw * Eigen::Vector3d(match.point));
+      if (is_wrong) p_c = {random.uniform(-8, -5), random.uniform(-0.5, 0.5), random.uniform(0.5, 7)};
+      const Eigen::Vector3d p_w = T_cw.inverse() * p_c;
+      std::copy_n(p_w.data(), 3, match.point);
+    }
+    const FrameEvaluation found = evaluate_frame(frame, 0, small_options());
+    ASSERT_TRUE(found.is_usable);
+    EXPECT_LT(sim::camera_distance(found.all, T_cw), 1);
+    const sim::Rejection by_rounds =
+        reject_outliers(frame.camera, frame.matches, all_matches(frame), pose_of(frame), sim::RejectionOptions());
+    led_astray += sim::camera_distance(by_rounds.estimate.T_cw, T_cw) > 1 ? 1 : 0;
+  }
+  EXPECT_GT(led_astray, 0U) << "otherwise this tests nothing";
+}
+
 TEST(EvaluationOfFrames, leaves_out_and_counts_those_without_a_pose) {
   TracedRandom random;
   std::vector<Frame> frames = recording(random, FrameKind::stereo, 12, 60);

@@ -296,5 +296,33 @@ TEST(Warnings, name_a_frame_that_no_pose_fits) {
   });
 }
 
+// A camera that is wrong, or sigmas that are.
+TEST(Warnings, name_errors_that_no_sigma_expects) {
+  for_each_trial(20, [](Random& random) {
+    Scene scene = scene_with(random, DepthCue::none);
+    EXPECT_EQ(warning_of(scene.frame), Warning::none);
+    for (FeatureMatch& match : scene.frame.matches) match.sigma /= 2;
+    EXPECT_EQ(warning_of(scene.frame), Warning::none) << "twice as large as expected";
+    for (FeatureMatch& match : scene.frame.matches) match.sigma /= 2;
+    GoodFeatures good(300);
+    scene.frame.gather(good);
+    EXPECT_STREQ(good.select(50).reason(), "large_errors");
+    EXPECT_STREQ(good.alignment().reason(), "large_errors");
+    EXPECT_GT(good.alignment().scale, 3);
+  });
+}
+
+TEST(Warnings, name_matches_that_are_mostly_not_usable) {
+  for_each_trial(20, [](Random& random) {
+    Scene scene = scene_with(random, DepthCue::none);
+    for (std::size_t i = 0; i < 149; ++i) scene.frame.matches[i].sigma = 0;
+    EXPECT_EQ(warning_of(scene.frame), Warning::none);
+    scene.frame.matches[149].point[0] = std::numeric_limits<double>::quiet_NaN();
+    EXPECT_EQ(warning_of(scene.frame), Warning::unusable_matches);
+    for (FeatureMatch& match : scene.frame.matches) match.sigma = -1;
+    EXPECT_EQ(warning_of(scene.frame), Warning::unusable_matches);
+  });
+}
+
 }  // namespace
 }  // namespace maxlogdet::test

@@ -27,19 +27,18 @@ class OrbSlamHook : public TrackerHook {
     removed_.reserve(capacity);
   }
 
-  /// Replaces pose_optimization(&frame): sets the pose that fits all inliers, marks outliers, and returns the number of
-  /// inliers by the tracker's own limits. Where no pose is found (features.alignment() tells why) the frame keeps its
-  /// pose, at which matches are judged. Matches beyond the capacity are left alone.
-  template <class Frame>
-  int align(Frame& frame) {
+  /// Sets the pose that fits all inliers, marks outliers, and returns the number of inliers by the tracker's own
+  /// limits. Where no pose is found (features.alignment() tells why), calls pose_optimization(&frame) as the tracker
+  /// did before. Matches beyond the capacity are left alone.
+  template <class Frame, class Optimize>
+  int align(Frame& frame, const Optimize& pose_optimization) {
     gather(frame);
-    const Alignment found = features.align();
-    if (found.is_aligned()) Tracker::set_pose(features.pose(), frame);
+    if (!features.align().is_aligned()) return pose_optimization(&frame);
+    Tracker::set_pose(features.pose(), frame);
     features.outliers(features.pose());
     int inliers = 0;
     for (std::size_t i = 0; i < features.size() && features.id(i) != no_id; ++i) {
-      const bool is_outlier =
-          found.error != Error::none || features.is_outlier(i);  // none can be judged after an error
+      const bool is_outlier = features.is_outlier(i);
       frame.mvbOutlier[features.id(i)] = is_outlier;
       inliers += is_outlier ? 0 : 1;
     }

@@ -171,9 +171,12 @@ class Tracking {
   Frame mCurrentFrame;
 #include "orb_slam2_member.inc"
 
-  /// Simplified: the call.
+  /// Simplified: the call; and the other one that the page offers.
   void TrackLocalMap() {
 #include "orb_slam2_hook.inc"
+  }
+  void AlignLocalMap() {
+#include "orb_slam2_align.inc"
   }
 };
 
@@ -222,9 +225,12 @@ class Tracking {
   Frame mCurrentFrame;
 #include "orb_slam3_member.inc"
 
-  /// Simplified: the call.
+  /// Simplified: the call; and the other one that the page offers.
   void TrackLocalMap() {
 #include "orb_slam2_hook.inc"  // NOLINT(readability-duplicate-include): the page has it for both trackers
+  }
+  void AlignLocalMap() {
+#include "orb_slam2_align.inc"  // NOLINT(readability-duplicate-include)
   }
 };
 

@@ -300,16 +300,34 @@ void expect_true_pose(const World& world, const Frame& frame) {
 
 TYPED_TEST(OrbSlamAdapter, alignment_alone_sets_the_pose_and_flags_the_wrong_matches) {
   OrbWorld<TypeParam> world(this->random, 300, 100, 300);
-  EXPECT_EQ(world.good.align(world.frame), 240);
+  int optimised = 0;
+  const auto optimize = [&](const typename TestFixture::Frame* frame) {
+    EXPECT_EQ(frame, &world.frame);
+    ++optimised;
+    return 7;
+  };
+  EXPECT_EQ(world.good.align(world.frame, optimize), 240);
   EXPECT_TRUE(world.good.features.alignment().is_aligned());
   expect_true_pose(world, world.frame);
   for (std::size_t i = 0; i < 300; ++i) EXPECT_EQ(world.is_outlier(i), world.is_wrong(i)) << i;
   typename OrbWorld<TypeParam>::Adapter small(100, 200);
-  EXPECT_EQ(small.align(world.frame), 160) << "of the first 200";
+  EXPECT_EQ(small.align(world.frame, optimize), 160) << "of the first 200";
+  EXPECT_EQ(optimised, 0);
+}
+
+// After an error, and where no pose fits.
+TYPED_TEST(OrbSlamAdapter, the_optimiser_does_as_before_what_cannot_be_aligned) {
+  OrbWorld<TypeParam> world(this->random, 300, 100, 300);
+  const std::vector<bool> flags = world.frame.mvbOutlier;
+  const auto optimize = [&](const typename TestFixture::Frame* frame) {
+    EXPECT_EQ(frame, &world.frame);
+    return 7;
+  };
   world.lose_pose();
-  EXPECT_EQ(world.good.align(world.frame), 0);
+  EXPECT_EQ(world.good.align(world.frame, optimize), 7);
   EXPECT_STREQ(world.good.features.alignment().reason(), "invalid_pose");
-  for (std::size_t i = 0; i < 300; ++i) EXPECT_TRUE(world.is_outlier(i)) << i;
+  EXPECT_EQ(world.frame.mvbOutlier, flags);
+  EXPECT_EQ(typename OrbWorld<TypeParam>::Adapter(100, 9).align(world.frame, optimize), 7);
 }
 
 // Matches come back also if it throws.
