@@ -128,10 +128,10 @@ class Demonstration {
                  "                     a frame     wrong      error      error      the matches           the pose\n"
                  "                                        (all = 1)  (all = 1)             (us)               (us)\n";
     for (const Contestant& contestant : contestants_) print(contestant);
-    std::cout
-        << "\nErrors are root mean squares, times are medians. Optimising rejects wrong matches, as in ORB-SLAM2.\n"
-           "The last row needs none: it is the pose that maxlogdet computes from all matches that it takes for "
-           "correct.\n";
+    std::cout << "\nErrors are root mean squares, times are medians. Optimising, by code of ours, rejects wrong "
+                 "matches as ORB-SLAM2 does.\n"
+                 "The last row needs none: it is the pose that maxlogdet computes from all matches that it takes for "
+                 "correct.\n";
   }
 
   // The first frame, as tools/draw draws it.

@@ -68,6 +68,7 @@ struct GoodFeatures::State {
   std::vector<std::uint32_t> indices;
   std::vector<double> gains;
   std::vector<unsigned char> is_selected;
+  bool is_answered = false;  // by select(), in this frame
   bool has_prior = false;
   double prior[state_dimension * state_dimension];
 
@@ -230,7 +231,7 @@ void GoodFeatures::State::clear_answer() noexcept {
   for (std::size_t j = 0; j < summary.size; ++j) is_selected[indices[j]] = 0;
   summary = Selection();
   summary.status = Status::all_selected;
-  has_prior = false;
+  is_answered = has_prior = false;
   judged = 0;
 }
 
@@ -332,6 +333,7 @@ Selection GoodFeatures::select(const Options& options) noexcept {
   s.fill_up(options, spread);
   s.explain_rejected();
   s.summary.warning = s.summary.status == Status::error ? Warning::none : s.warning();
+  s.is_answered = true;
   if (s.is_record_due) s.record();
   return selection();
 }
@@ -343,6 +345,9 @@ Selection GoodFeatures::selection() const noexcept {
   return selection;
 }
 const char* GoodFeatures::reason() const noexcept {
+  const Alignment found = alignment();
+  const bool is_found = found.error != Error::none || found.status != AlignmentStatus::none;
+  if (is_found && !state_->is_answered) return found.reason();
   const bool are_all_kept = state_->added == state_->frame.size;
   return are_all_kept || !selection().has_answer() ? selection().reason() : to_string(Error::capacity_exceeded);
 }

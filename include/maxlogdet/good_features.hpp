@@ -30,8 +30,8 @@ constexpr std::uint32_t no_id = 0xFFFFFFFFU;
 /// destroyed.
 class GoodFeatures {
  public:
-  /// Reserves room for `capacity` matches a frame, at most 2^32 - 1; only this allocates. Threads help through
-  /// `executor`, which must outlive this: see Selector. Throws std::bad_alloc.
+  /// Reserves room for `capacity` matches a frame, at most 2^32 - 1, of some 0.9 KB each; only this allocates. Threads
+  /// help through `executor`, which must outlive this: see Selector. Throws std::bad_alloc.
   explicit GoodFeatures(std::size_t capacity, Executor* executor = nullptr);
 
   /// How blocks are made. May be changed at any time.
@@ -86,6 +86,7 @@ class GoodFeatures {
   /// The last answer of select() in this frame.
   Selection selection() const noexcept;
   /// For a log: the name of the error of select(), or of its status; capacity_exceeded if some matches were not kept.
+  /// Of a frame without a select(), alignment().reason().
   const char* reason() const noexcept;
   /// Returns whether to optimise with match i.
   bool is_selected(std::size_t i) const noexcept;

@@ -482,5 +482,29 @@ TEST(Alignment, leaves_exactly_the_inliers_where_they_are_fewer_than_the_budget)
   for (std::size_t i = 0; i < 100; ++i) EXPECT_TRUE(good.is_inlier(i)) << "of the frame before";
 }
 
+// Where nothing is selected, the log says how the frame was aligned.
+TEST(Alignment, is_the_reason_of_a_frame_until_something_is_selected) {
+  TracedRandom random;
+  const Scene scene(random, 100);
+  GoodFeatures good(100);
+  scene.frame.gather(good);
+  EXPECT_STREQ(good.reason(), "all_selected") << "nothing was asked for";
+  good.align();
+  EXPECT_STREQ(good.reason(), "aligned");
+  const char* const of_selection = good.select(50).reason();
+  EXPECT_STREQ(good.reason(), of_selection);
+  EXPECT_STRNE(of_selection, "aligned");
+  good.align();
+  EXPECT_STREQ(good.reason(), of_selection) << "it stands";
+  scene.frame.gather(good);
+  good.block_options.depth_sigma = -1;
+  good.align();
+  EXPECT_STREQ(good.reason(), "invalid_block_options");
+  good.start(Camera(458, 457, 367, 248), RigidTransform::identity());
+  good.block_options.depth_sigma = 1;
+  good.align();
+  EXPECT_STREQ(good.reason(), "few_matches");
+}
+
 }  // namespace
 }  // namespace maxlogdet::test

@@ -113,7 +113,8 @@ def choices(data):
         panels += (f"set title {quoted(title)}\nplot $every with points pt 7 ps 0.2 lc rgb '#c0c0c0' notitle, "
                    f"$correct_{number_of} with points pt 7 ps 0.5 lc rgb '{Colour.BLUE}' notitle, "
                    f"$wrong_{number_of} with points pt 2 ps 0.9 lw 2 lc rgb '{WRONG}' notitle\n")
-    title_of_all = "A frame: correct matches blue, wrong ones red. Errors are those over all frames; all matches: 1"
+    title_of_all = ("One of the frames: chosen matches, correct ones blue and wrong ones red; the others grey. "
+                    "Errors: root mean square of all frames, where all matches have 1")
     return Picture(1200, 520, (
         f"{blocks}set multiplot layout 2,2 title {quoted(title_of_all)}\n"
         f"unset tics\nset xrange [0:{width}]\nset yrange [{height}:0]\nset size ratio {number(height / width)}\n"
