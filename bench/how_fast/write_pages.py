@@ -65,16 +65,16 @@ def tracker_latency(results):
         everything, align, *eigen = (results.tracker(method, matches, caches="cold") for method in
                                      ("good_features", "align", "eigen_align", "eigen_lazy_scan"))  # fmt: skip
         both = "–" if None in eigen else f"{sum(of_one['us'] for of_one in eigen):.1f}"
-        rows.append([label, us(align), us(everything), both])
+        rows.append([label, us(results.tracker("align", matches)), us(align), us(everything), both])
     return [
         *paragraph(
             "From 465 matches of a simulated frame, 12 % of them wrong, the library computes inliers and pose, and selects",
-            "100. Before each call other work has filled the caches, as in a tracker ([warm caches, slowest",
-            "frames](docs/performance.md#a-trackers-frame)). *Eigen* is the same alignment and lazy greedy among all 465",
-            "matches, written by us. It is given the selection's Jacobians, which maxlogdet computes.",
+            "100. Times are medians in µs. Before *cold* calls, other work has filled the caches, as in a tracker; *warm* ones",
+            "follow each other ([slowest frames](docs/performance.md#a-trackers-frame)). *Eigen* is the same alignment and",
+            "lazy greedy among all 465 matches, written by us. It is given the selection's Jacobians, which maxlogdet computes.",
         ),
         "",
-        *table(["matches", "inliers and pose, median, µs", "all, median, µs", "Eigen: all, median, µs"], rows),
+        *table(["matches", "inliers and pose, warm", "inliers and pose, cold", "all, cold", "Eigen: all, cold"], rows),
     ]  # fmt: skip
 
 
