@@ -120,18 +120,17 @@ class Demonstration {
   }
 
   void print() const {
-    std::cout << "maxlogdet " << version() << ", " << active_isa()
-              << "\n\n200 simulated frames of a tracker. Each has 465 matches, of which 12 % are wrong, and a "
-                 "predicted pose, which is\n"
+    std::cout << "maxlogdet " << version() << ", " << active_isa() << "\n\n"
+              << frame_count << " simulated frames of a tracker. Each has " << match_count
+              << " matches, of which 12 % are wrong, and a predicted pose, which is\n"
                  "off by 2 cm and 0.1 degrees. From which matches is the pose to be optimised?\n\n"
                  "                     matches  of these   position   rotation   time to choose   time to optimise\n"
                  "                     a frame     wrong      error      error      the matches           the pose\n"
                  "                                        (all = 1)  (all = 1)             (us)               (us)\n";
     for (const Contestant& contestant : contestants_) print(contestant);
-    std::cout << "\nErrors are root mean squares, times are medians. Optimising, by code of ours, rejects wrong "
-                 "matches as ORB-SLAM2 does.\n"
-                 "The last row needs none: it is the pose that maxlogdet computes from all matches that it takes for "
-                 "correct.\n";
+    std::cout << "\nErrors are root mean squares over that of all matches, times are medians. Optimising, by code of\n"
+                 "ours, rejects wrong matches as ORB-SLAM2 does. The last row needs no optimisation: maxlogdet itself\n"
+                 "computes this pose, from all matches that it takes for correct.\n";
   }
 
   // The first frame, as tools/draw draws it.

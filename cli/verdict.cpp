@@ -121,11 +121,12 @@ class Judge {
     advise(pays);
   }
 
-  // pose() is not shown to be far from the pose of all inliers, or is shown to be as near to the truth.
+  // pose() is not shown to be far: from the true poses, where enough are known, or else from those of all inliers.
   bool is_pose_near() const {
     const EvaluationRow* const aligned = evaluation_.row("aligned", 0);
-    return aligned != nullptr && (aligned->steps > 0 ? has_small_errors(*aligned) : is_near_all(*aligned));
+    return aligned != nullptr && (knows_truth(*aligned) ? has_small_errors(*aligned) : is_near_all(*aligned));
   }
+  static bool knows_truth(const EvaluationRow& row) { return row.steps >= enough_frames; }
   static bool is_near_all(const EvaluationRow& row) {
     return row.costs[0].growth.interval.low <= limits[2] && row.costs[1].growth.interval.low <= limits[2];
   }
@@ -145,7 +146,7 @@ class Judge {
 
   // The pose of all inliers is no truth.
   std::string caution(const EvaluationRow& row) const {
-    if (row.steps > 0) return ". " + true_growth_text(row);
+    if (knows_truth(row)) return ". " + true_growth_text(row);
     if (!verdict_.shares_errors) return "";
     return ". The pose of all inliers has the shared errors, too: this is not the error to the truth";
   }
@@ -156,10 +157,11 @@ class Judge {
 
   // Two estimates from nearly the same matches should agree.
   static std::string caution_of_pose(const EvaluationRow& aligned) {
-    if (aligned.steps > 0) return ". " + true_growth_text(aligned);
+    if (knows_truth(aligned)) return ". " + true_growth_text(aligned);
     if (is_near_all(aligned)) return "";
-    return ". Both poses are of nearly the same matches, so errors are larger than sigmas say: where points of the map "
-           "are uncertain, record their covariances, and to know which pose is better, true ones";
+    return ". Both poses are of nearly the same matches, so errors are larger than sigmas say. Record the covariances "
+           "of "
+           "map points, where these are uncertain. True poses would tell which pose is better";
   }
 
   // From which on the growth is within the limit; 0: none.

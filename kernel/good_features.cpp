@@ -346,10 +346,11 @@ Selection GoodFeatures::selection() const noexcept {
 }
 const char* GoodFeatures::reason() const noexcept {
   const Alignment found = alignment();
-  const bool is_found = found.error != Error::none || found.status != AlignmentStatus::none;
-  if (is_found && !state_->is_answered) return found.reason();
-  const bool are_all_kept = state_->added == state_->frame.size;
-  return are_all_kept || !selection().has_answer() ? selection().reason() : to_string(Error::capacity_exceeded);
+  const bool is_aligned_alone = !state_->is_answered && found.status != AlignmentStatus::none;
+  if (found.error != Error::none && !state_->is_answered) return found.reason();
+  if (!selection().has_answer()) return selection().reason();
+  if (state_->added > state_->frame.size) return to_string(Error::capacity_exceeded);
+  return is_aligned_alone ? found.reason() : selection().reason();
 }
 bool GoodFeatures::is_selected(std::size_t i) const noexcept {
   return i < state_->frame.size && state_->is_selected[i] != 0;

@@ -36,8 +36,8 @@ Error check(const BlockStore& candidates, const Options& options, const Search& 
   return Error::invalid_strategy;
 }
 
-// The minimum number of candidates for a second thread: from here on two are not slower, whether their cores share a
-// cache or not (docs/threading.md). A round of stochastic greedy is always too short.
+// The minimum number of candidates for a second thread: from here on two are not slower where their cores share a cache
+// (docs/threading.md). A round of stochastic greedy is always too short.
 std::size_t crossover_of(Strategy strategy) noexcept {
   switch (strategy) {
     case Strategy::greedy: return 10000;

@@ -85,8 +85,8 @@ class GoodFeatures {
 
   /// The last answer of select() in this frame.
   Selection selection() const noexcept;
-  /// For a log: the name of the error of select(), or of its status; capacity_exceeded if some matches were not kept.
-  /// Of a frame without a select(), alignment().reason().
+  /// For a log: selection().reason(), or alignment().reason() where nothing was selected yet; without an error,
+  /// capacity_exceeded if some matches were not kept.
   const char* reason() const noexcept;
   /// Returns whether to optimise with match i.
   bool is_selected(std::size_t i) const noexcept;

@@ -35,7 +35,9 @@ class Aligner {
   const Alignment& found() const noexcept { return found_; }
   const RigidTransform& pose() const noexcept { return found_.pose; }
   const double* information() const noexcept { return found_.information; }
-  bool leaves_out_third() const noexcept { return found_.warning != Warning::none; }
+  bool leaves_out_third() const noexcept {
+    return found_.warning == Warning::misfitting_right_columns || found_.warning == Warning::misfitting_depths;
+  }
   /// After align(), calls visit(i) for each match that had no image, or no valid covariance, at the pose at which
   /// inliers were found.
   template <class Visitor>

@@ -271,6 +271,33 @@ TEST(Verdict, advises_the_smallest_budget_for_each_growth_and_no_selection_or_po
   expect_begins(verdict_of(evaluation), "Do not select, optimise with all inliers: no budget that was tried keeps");
 }
 
+// pose() is judged by true poses where they are known, or else a way to know them is named.
+TEST(Verdict, says_what_true_poses_tell) {
+  Evaluation evaluation = evaluation_of({row_of("md", 100, 0.4, 0.4)});
+  EvaluationRow& aligned = evaluation.rows.back();
+  aligned = row_of("aligned", 290, 1.5, 0.1);
+  const Verdict unknown = verdict_of(evaluation);
+  expect_begins(unknown, "Do not select, optimise with all inliers");
+  expect_advice(unknown, "Record the covariances of map points, where these are uncertain. True poses would tell");
+  aligned.costs[0].true_growth = {-0.05, {-0.1, 0.02}};
+  aligned.costs[1].true_growth = within_tenth(0.01);
+  aligned.steps = 9;
+  EXPECT_EQ(verdict_of(evaluation).advice, unknown.advice) << "too few";
+  aligned.steps = 49;
+  evaluation.rows[0].costs[0].true_growth = within_tenth(0.3);
+  evaluation.rows[0].costs[1].true_growth = within_tenth(0.2);
+  evaluation.rows[0].steps = 49;
+  const Verdict near = verdict_of(evaluation);
+  expect_begins(near, "Do not select, take pose()");
+  EXPECT_NE(near.text.find("Against the true poses the error grows by 30 % (27 to 33) in translation"),
+            std::string::npos);
+  expect_advice(near,
+                "take pose(): its standard deviation grows by 150 % (135 to 165) in translation and 10 % (9.0 to 11)");
+  expect_advice(near, "Against the true poses the error grows by -5.0 % (-10 to 2.0) in translation and 1.0 % (0.9 to");
+  aligned.costs[0].true_growth = within_tenth(0.5);
+  expect_begins(verdict_of(evaluation), "Do not select, optimise with all inliers");
+}
+
 TEST(Verdict, names_errors_that_matches_share) {
   Evaluation evaluation = evaluation_of({row_of("md", 100, 0.4, 0.3), row_of("md_spread", 100, 0.1, 0.1)});
   evaluation.cell_correlation = within_tenth(0.1);

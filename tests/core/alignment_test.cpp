@@ -504,6 +504,10 @@ TEST(Alignment, is_the_reason_of_a_frame_until_something_is_selected) {
   good.block_options.depth_sigma = 1;
   good.align();
   EXPECT_STREQ(good.reason(), "few_matches");
+  GoodFeatures small(50);
+  scene.frame.gather(small);
+  EXPECT_TRUE(small.align().is_aligned());
+  EXPECT_STREQ(small.reason(), "capacity_exceeded");
 }
 
 }  // namespace

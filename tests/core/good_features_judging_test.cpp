@@ -297,19 +297,34 @@ TEST(Warnings, name_a_frame_that_no_pose_fits) {
 }
 
 // A camera that is wrong, or sigmas that are.
-TEST(Warnings, name_errors_that_no_sigma_expects) {
-  for_each_trial(20, [](Random& random) {
-    Scene scene = scene_with(random, DepthCue::none);
-    EXPECT_EQ(warning_of(scene.frame), Warning::none);
-    for (FeatureMatch& match : scene.frame.matches) match.sigma /= 2;
-    EXPECT_EQ(warning_of(scene.frame), Warning::none) << "twice as large as expected";
-    for (FeatureMatch& match : scene.frame.matches) match.sigma /= 2;
-    GoodFeatures good(300);
-    scene.frame.gather(good);
-    EXPECT_STREQ(good.select(50).reason(), "large_errors");
-    EXPECT_STREQ(good.alignment().reason(), "large_errors");
-    EXPECT_GT(good.alignment().scale, 3);
-  });
+TEST(Warnings, name_errors_that_no_sigma_expects_and_change_nothing_else) {
+  for (const DepthCue cue : {DepthCue::none, DepthCue::stereo, DepthCue::depth}) {
+    for_each_trial(20, [cue](Random& random) {
+      Scene scene = scene_with(random, cue);
+      GoodFeatures good(300), expected(300);
+      scene.frame.gather(expected);
+      const Selection as_expected = expected.select(50);
+      EXPECT_EQ(as_expected.warning, Warning::none);
+      scene.frame.gather(good);
+      for (int halvings = 1; halvings <= 2; ++halvings) {
+        for (FeatureMatch& match : scene.frame.matches) match.sigma /= 2;
+        scene.frame.gather(good);
+        good.block_options.depth_sigma = expected.block_options.depth_sigma / (1 << halvings);
+        const Selection selection = good.select(50);
+        EXPECT_STREQ(selection.reason(), halvings == 2 ? "large_errors" : as_expected.reason());
+        EXPECT_STREQ(good.alignment().reason(), halvings == 2 ? "large_errors" : "aligned");
+        EXPECT_EQ(indices_of(selection), indices_of(as_expected));
+        EXPECT_EQ(good.blocks().rows(), expected.blocks().rows());
+        good.outliers(good.pose());
+        expected.outliers(expected.pose());
+        for (std::size_t i = 0; i < 300; ++i) {
+          if (good.is_selected(i)) continue;
+          const double chi2 = expected.chi2(i) * (1 << (2 * halvings));
+          EXPECT_NEAR(good.chi2(i), chi2, 1e-6 * chi2) << i;
+        }
+      }
+    });
+  }
 }
 
 TEST(Warnings, name_matches_that_are_mostly_not_usable) {

@@ -29,12 +29,14 @@ class TrackerHook {
   }
 
   /// Selects among the matches added. Lists in left_out_, in their order, the ids of those that are not selected; with
-  /// `are_blocks_needed` only those that have a block, or do not fit the aligned pose.
+  /// `are_blocks_needed` only those that have a block, or do not fit the aligned pose. None where no pose fits: wrong
+  /// matches would be selected.
   void select(bool are_blocks_needed) {
     features.select(options);
     left_out_.clear();
     const BlockStore& blocks = features.blocks();
     const bool is_aligned = features.alignment().is_aligned();
+    if (features.rejects_outliers && !is_aligned) return;
     for (std::size_t i = 0; i < features.size(); ++i) {
       const std::uint32_t id = features.id(i);
       const bool is_rejected = is_aligned && !features.is_inlier(i);

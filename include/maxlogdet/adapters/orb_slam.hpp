@@ -46,7 +46,7 @@ class OrbSlamHook : public TrackerHook {
   }
 
   /// Sets the aligned pose, and calls pose_optimization(&frame) with the selected matches only; returns the number of
-  /// inliers among all. Matches that are not finite are outliers.
+  /// inliers among all. Matches that are not finite are outliers. Where no pose is found, none is left out.
   template <class Frame, class Optimize>
   int optimize(Frame& frame, const Optimize& pose_optimization) {
     gather(frame);
@@ -63,6 +63,7 @@ class OrbSlamHook : public TrackerHook {
     if (features.alignment().is_aligned()) Tracker::set_pose(features.pose(), frame);
     int inliers = pose_optimization(&frame);
     guard.reset();
+    if (left_out_.empty()) return inliers;
     for (const std::uint32_t slot : left_out_) frame.mvbOutlier[slot] = false;
     const IndexRange outliers = features.outliers(Tracker::pose_of(frame));
     for (const std::uint32_t i : outliers) frame.mvbOutlier[features.id(i)] = true;

@@ -319,15 +319,23 @@ TYPED_TEST(OrbSlamAdapter, alignment_alone_sets_the_pose_and_flags_the_wrong_mat
 TYPED_TEST(OrbSlamAdapter, the_optimiser_does_as_before_what_cannot_be_aligned) {
   OrbWorld<TypeParam> world(this->random, 300, 100, 300);
   const std::vector<bool> flags = world.frame.mvbOutlier;
+  const auto before = world.frame.mvpMapPoints;
   const auto optimize = [&](const typename TestFixture::Frame* frame) {
     EXPECT_EQ(frame, &world.frame);
     return 7;
   };
+  typename OrbWorld<TypeParam>::Adapter small(5, 9);
+  EXPECT_EQ(small.align(world.frame, optimize), 7);
+  EXPECT_STREQ(small.features.alignment().reason(), "few_matches");
+  EXPECT_EQ(world.frame.mvbOutlier, flags);
+  const auto optimize_all = [&](const typename TestFixture::Frame* frame) {
+    EXPECT_EQ(frame->mvpMapPoints, before);
+    return 7;
+  };
+  EXPECT_EQ(small.optimize(world.frame, optimize_all), 7) << "nothing was left out";
   world.lose_pose();
   EXPECT_EQ(world.good.align(world.frame, optimize), 7);
   EXPECT_STREQ(world.good.features.alignment().reason(), "invalid_pose");
-  EXPECT_EQ(world.frame.mvbOutlier, flags);
-  EXPECT_EQ(typename OrbWorld<TypeParam>::Adapter(100, 9).align(world.frame, optimize), 7);
 }
 
 // Matches come back also if it throws.
