@@ -9,9 +9,9 @@
 #include "bench/world/tracker_frames.hpp"
 #include "cli/commands.hpp"
 
+#include <maxlogdet/eigen.hpp>
 #include <maxlogdet/maxlogdet.hpp>
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -39,12 +39,6 @@ struct Chosen {
   bool is_final = false;  // no optimisation follows
 };
 
-sim::Pose to_pose(const RigidTransform& T) {
-  std::array<double, 12> rows{};
-  std::copy_n(T.data(), rows.size(), rows.begin());
-  return sim::pose_of(rows);
-}
-
 // A frame, as a tracker has it before it knows its pose.
 class DemoFrame {
  public:
@@ -69,7 +63,7 @@ class DemoFrame {
   Chosen all() const {
     Indices every(match_count);
     std::iota(every.begin(), every.end(), 0U);
-    return {every, to_pose(made_.T_predicted)};
+    return {every, made_.T_predicted};
   }
 
   // As ORB-SLAM2 does it.
@@ -175,13 +169,13 @@ class Demonstration {
   Chosen selected(const DemoFrame& frame) {
     frame.pass_to(good_);
     const Selection selection = good_.select(budget);
-    return {{selection.begin(), selection.end()}, to_pose(good_.pose())};
+    return {{selection.begin(), selection.end()}, good_.pose()};
   }
 
   Chosen aligned(const DemoFrame& frame) {
     frame.pass_to(good_);
     good_.align();
-    Chosen chosen{{}, to_pose(good_.pose()), true};
+    Chosen chosen{{}, good_.pose(), true};
     for (std::uint32_t i = 0; i < match_count; ++i) {
       if (good_.is_inlier(i)) chosen.matches.push_back(i);
     }

@@ -5,6 +5,8 @@
 #include "bench/world/hash.hpp"
 #include "bench/world/projection.hpp"
 
+#include <maxlogdet/eigen.hpp>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -29,12 +31,6 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double spread = 1.5;  // as docs/guide.md recommends
 
 using Indices = std::vector<std::uint32_t>;
-
-Pose to_pose(const RigidTransform& T) {
-  std::array<double, 12> rows{};
-  std::copy_n(T.data(), rows.size(), rows.begin());
-  return pose_of(rows);
-}
 
 Parts traces_of(const Matrix6& covariance) {
   return {covariance.topLeftCorner<3, 3>().trace(), covariance.bottomRightCorner<3, 3>().trace()};
@@ -96,7 +92,7 @@ class FrameEvaluator {
     Consensus found = consensus_of(matches, start_);
     // A few wrong points next to the camera can lead the first round to a pose that fits few others.
     if (gated_.alignment().is_aligned()) {
-      Consensus aligned = consensus_of(candidates_of({"", Choice::all, true}), to_pose(gated_.pose()));
+      Consensus aligned = consensus_of(candidates_of({"", Choice::all, true}), gated_.pose());
       if (aligned.noise < much_less * found.noise) found = std::move(aligned);
     }
     if (!(found.noise < infinity)) return false;
@@ -195,7 +191,7 @@ class FrameEvaluator {
     for (const std::uint32_t i : selected) {
       deviation.wrong += std::binary_search(inliers_.begin(), inliers_.end(), i) ? 0 : 1;
     }
-    const Pose start = contestant.is_gated ? to_pose(gated_.pose()) : start_;
+    const Pose start = contestant.is_gated ? Pose(gated_.pose()) : start_;
     if (contestant.choice == Choice::all) {  // the aligned pose itself
       deviation.xi = log_se3(start * all_.T_cw.inverse());
       return deviation;

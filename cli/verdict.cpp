@@ -159,9 +159,8 @@ class Judge {
   static std::string caution_of_pose(const EvaluationRow& aligned) {
     if (knows_truth(aligned)) return ". " + true_growth_text(aligned);
     if (is_near_all(aligned)) return "";
-    return ". Both poses are of nearly the same matches, so errors are larger than sigmas say. Record the covariances "
-           "of "
-           "map points, where these are uncertain. True poses would tell which pose is better";
+    return ". Both poses are of nearly the same matches, so errors are larger than sigmas say. Record the "
+           "covariances of map points, where these are uncertain. True poses would tell which pose is better";
   }
 
   // From which on the growth is within the limit; 0: none.

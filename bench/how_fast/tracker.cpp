@@ -7,8 +7,8 @@
 #include "bench/world/tracker_frames.hpp"
 #include "tests/support/processor.hpp"
 
-#include <algorithm>
-#include <array>
+#include <maxlogdet/eigen.hpp>
+
 #include <memory>
 #include <string>
 #include <vector>
@@ -71,11 +71,9 @@ void record_alignment(const sim::TrackerFrame& frame, const GoodFeatures& good, 
     inliers += good.is_inlier(i) ? 1 : 0;
     wrong += good.is_inlier(i) && frame.is_wrong[i] != 0 ? 1 : 0;
   }
-  std::array<double, 12> rows{};
-  std::copy_n(good.pose().data(), rows.size(), rows.begin());
   sums["inliers"] += inliers;
   sums["wrong_percent"] += 100 * wrong / inliers;
-  sums["deviation_mm"] += 1e3 * sim::camera_distance(sim::pose_of(rows), sim::pose_of(frame.frame.T_cw_prior));
+  sums["deviation_mm"] += 1e3 * sim::camera_distance(good.pose(), sim::pose_of(frame.frame.T_cw_prior));
 }
 
 // align() of matches that are added already; or all that a tracker calls, with a selection.

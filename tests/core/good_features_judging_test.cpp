@@ -305,7 +305,6 @@ TEST(Warnings, name_errors_that_no_sigma_expects_and_change_nothing_else) {
       scene.frame.gather(expected);
       const Selection as_expected = expected.select(50);
       EXPECT_EQ(as_expected.warning, Warning::none);
-      scene.frame.gather(good);
       for (int halvings = 1; halvings <= 2; ++halvings) {
         for (FeatureMatch& match : scene.frame.matches) match.sigma /= 2;
         scene.frame.gather(good);
