@@ -84,7 +84,7 @@ std::string frames_text(const Evaluation& evaluation) {
   const auto count = [](double matches) { return std::to_string(std::lround(matches)); };
   std::string text = std::to_string(evaluation.frames) + " frames, " + count(evaluation.matches) +
                      " matches, of which " + count(evaluation.inliers) + " inliers";
-  if (evaluation.unusable > 0) text += " (without those of " + std::to_string(evaluation.unusable) + " without a pose)";
+  if (evaluation.unusable > 0) text += " (" + std::to_string(evaluation.unusable) + " without a pose left out)";
   if (evaluation.unaligned > 0) text += ", " + std::to_string(evaluation.unaligned) + " frames not aligned";
   return text + "\n";
 }
