@@ -277,7 +277,7 @@ FrameNoise noise_of(const Frame& frame, const PoseEstimate& all, const Indices& 
     if (!linearize(frame.camera, all.T_cw, match, frame.camera.depth_cue() != DepthCue::none, at)) continue;
     const auto cell =
         noise_grid.cell_of(frame, match) + static_cast<std::uint32_t>(noise_grid.cells()) * match.camera_id;
-    WhitenedResidual one{cell, at.rows, whitenings[i] * at.residual, whitenings[i] * at.H_x, 0};
+    WhitenedResidual one{cell, at.rows, whitenings[i] * at.residual, whitenings[i] * at.H_x(), 0};
     one.leverage = (one.H * covariance * one.H.transpose()).trace();
     if (one.r.allFinite() && one.H.allFinite()) residuals.push_back(one);
   }

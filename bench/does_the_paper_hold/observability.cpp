@@ -53,7 +53,7 @@ std::vector<Matrix12> ObservabilitySelection::information(const Frame& frame,
     for (std::size_t c = 0; c < candidates.size(); ++c) {
       LinearizedMatch at_end;
       if (!linearize(frame.camera, end, frame.matches[candidates[c]], false, at_end)) continue;
-      const Eigen::Matrix<double, 2, 6> H_x = at_end.H_x.topRows<2>();
+      const Eigen::Matrix<double, 2, 6> H_x = at_end.H_x().topRows<2>();
       const Eigen::Matrix<double, 2, 12> H_F = H_x * powers;
       sums[c].topLeftCorner<6, 6>().noalias() += H_x.transpose() * H_x;
       sums[c].noalias() += H_F.transpose() * H_F;

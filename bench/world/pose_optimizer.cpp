@@ -80,22 +80,31 @@ struct Loss {
   double weight = 1, rho;
 };
 
-// The normal equations at a pose, of the matches of the subset that have an error there.
+// The normal equations at a pose, of the matches of the subset that have an error there. Rows h of H = W J [I | -[p]x]
+// are added one by one: Eigen's products of matrices just written take 2.6 times as long.
 struct Linearization {
   Linearization(const PoseProblem& problem, Pose at) : T_cw(std::move(at)) {
     LinearizedMatch one;
     for (const std::uint32_t i : problem.subset) {
       if (!linearize(problem.camera, T_cw, problem.matches[i], problem.options.stereo, one)) continue;
       const Whitening W = problem.whitening(i);
-      const Eigen::Vector3d e = W * one.residual;
+      const Eigen::Vector3d& r = one.residual;
+      const Eigen::Vector3d e(W.row(0).dot(r), W.row(1).dot(r), W.row(2).dot(r));
       if (!(e.squaredNorm() < infinity)) continue;
       const Loss loss(e.squaredNorm(), problem.threshold(one.rows == 3));
-      const Eigen::Matrix<double, 3, 6> H = W * one.H_x;
-      information.noalias() += loss.weight * H.transpose() * H;
-      descent.noalias() += loss.weight * H.transpose() * e;
+      for (int row = 0; row < one.rows; ++row) {
+        const Eigen::Vector3d j = one.J.transpose() * W.row(row).transpose(), pxj = one.p.cross(j);
+        const double h[] = {j.x(), j.y(), j.z(), pxj.x(), pxj.y(), pxj.z()};
+        for (int column = 0; column < 6; ++column) {
+          const double weighted = loss.weight * h[column];
+          descent(column) += weighted * e(row);
+          for (int k = 0; k <= column; ++k) information(k, column) += weighted * h[k];
+        }
+      }
       rho += loss.rho;
       ++used;
     }
+    information.triangularView<Eigen::StrictlyLower>() = information.transpose();
   }
 
   bool is_regular() const {
@@ -166,8 +175,7 @@ PoseStatus iterate(const PoseProblem& problem, Linearization& current, int& iter
 }  // namespace
 
 Whitening measurement_whitening(const FrameCamera& camera, const Match& match) {
-  const double variance = 1 / match.inv_sigma2;
-  const double of_pixels = variance > 0 && std::isfinite(variance) ? 1 / std::sqrt(variance) : nan;
+  const double of_pixels = match.inv_sigma2 > 0 && match.inv_sigma2 < infinity ? std::sqrt(match.inv_sigma2) : nan;
   const double of_depth = match.depth > 0 ? 1 / camera.depth_sigma : 0;
   return Eigen::Vector3d(of_pixels, of_pixels, camera.is_pinhole() ? of_pixels : of_depth).asDiagonal();
 }
@@ -180,7 +188,8 @@ Whitening whitening_of(const FrameCamera& camera, const Pose& T_cw, const Match&
   if (!(variance > 0) || !linearize(camera, T_cw, match, uses_depth_cue, at)) return none;
   const bool has_third = at.rows == 3;
   const double of_third = !has_third ? 1 : camera.is_pinhole() ? variance : of_depth;  // 1: dropped below
-  Eigen::Matrix3d covariance = at.H_p * map_covariance * at.H_p.transpose();
+  const Eigen::Matrix3d H_p = at.J * T_cw.linear();
+  Eigen::Matrix3d covariance = H_p * map_covariance * H_p.transpose();
   covariance.diagonal() += Eigen::Vector3d(variance, variance, of_third);
   const Eigen::LLT<Eigen::Matrix3d> factor(covariance);
   if (!covariance.allFinite() || factor.info() != Eigen::Success) return none;

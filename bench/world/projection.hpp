@@ -13,8 +13,11 @@ namespace maxlogdet::sim {
 struct LinearizedMatch {
   int rows = 0;              ///< 2 monocular, 3 with a right-image column or a depth
   Eigen::Vector3d residual;  ///< z - h(x, p)
-  Eigen::Matrix<double, 3, 6> H_x;
-  Eigen::Matrix3d H_p;  ///< with respect to the point in the world frame
+  Eigen::Vector3d p;         ///< the point in the frame of T_cw
+  Eigen::Matrix3d J;         ///< d h / d p
+
+  /// [J | -J [p]x].
+  Eigen::Matrix<double, 3, 6> H_x() const;
 };
 
 /// Linearises `match` at T_cw, of a rig the pose of its body; its third measurement counts if `uses_depth_cue`. Returns

@@ -46,7 +46,7 @@ std::pair<Eigen::VectorXd, Eigen::MatrixXd> whitened(const Frame& frame, const P
   EXPECT_TRUE(linearize(frame.camera, T_cw, match, true, at));
   Eigen::VectorXd deviations = Eigen::VectorXd::Constant(at.rows, 1 / std::sqrt(match.inv_sigma2));
   if (match.depth > 0) deviations(2) = frame.camera.depth_sigma;
-  const Eigen::MatrixXd H = deviations.cwiseInverse().asDiagonal() * at.H_x.topRows(at.rows);
+  const Eigen::MatrixXd H = deviations.cwiseInverse().asDiagonal() * at.H_x().topRows(at.rows);
   return {at.residual.head(at.rows).cwiseQuotient(deviations), H};
 }
 

@@ -393,9 +393,9 @@ TEST_F(Evaluate, says_the_verdict_first_then_the_advice_and_then_shows_the_table
       0U)
       << outcome.out;
   for (const char* const text :
-       {"13 frames", "(1 without a pose left out)", "160 matches",
-        "- For the pose alone, do not select, take pose()", "Wrong matches", "| md ", "| random ", "| aligned ",
-        "in translation, %", "in rotation, %", "Chi-squared by leverage"}) {
+       {"13 frames", "(1 without a pose left out)", "160 matches", "- For the pose alone, do not select, take pose()",
+        "Wrong matches", "| md ", "| random ", "| aligned ", "in translation, %", "in rotation, %",
+        "Chi-squared by leverage"}) {
     EXPECT_NE(outcome.out.find(text), std::string::npos) << text << '\n' << outcome.out;
   }
 }
