@@ -73,7 +73,7 @@ def times(rows):
     return paragraph(f"In a frame of MH_05_difficult, `md` selects in {of['md']['selection']} ms (in the paper",
                      f"{PAPER_SELECTION_MS['md']} ms), `observability` in {of['observability']['selection']} ms",
                      f"({PAPER_SELECTION_MS['observability']} ms). The whole frame takes {of['md']['total']} ms with `md`,",
-                     f"and {of['inl']['total']} ms with `inl`.")  # fmt: skip
+                     f"{of['inl']['total']} ms with `inl`, and {of['all']['total']} ms with `all`.")  # fmt: skip
 
 
 def epsilon(rows):

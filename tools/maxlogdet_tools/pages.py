@@ -64,11 +64,13 @@ def library_state():
 
 def run_of(room):
     cpu = pathlib.Path("/proc/cpuinfo").read_text()
-    model = re.search(r"^model name\s*: (.*)", cpu, re.MULTILINE)
+    # Virtual machines hide the generation from the name.
+    model = re.search(r"^cpu family\s*: (\d+)\nmodel\s*: (\d+)\nmodel name\s*: (.*)", cpu, re.MULTILINE)
     isas = (("avx512", "avx512vl"), ("avx2", "avx2"), ("sse2", "sse2"), ("neon", ""))
     compiler = os.environ.get("CXX", "c++")
     name = "clang" if "clang" in output_of(compiler, "--version") else "gcc"
-    return (f"Written by `bench/run {room}`: library {library_state()}, {model[1] if model else platform.machine()}, "
+    return (f"Written by `bench/run {room}`: library {library_state()}, "
+            f"{f'{model[3]} (family/model {model[1]}/{model[2]})' if model else platform.machine()}, "
             f"{os.cpu_count()} cores, {next(isa for isa, flag in isas if flag in cpu)}, "
             f"{name} {output_of(compiler, '-dumpfullversion', '-dumpversion')}, {datetime.date.today()}.")
 
