@@ -188,7 +188,7 @@ Whitening whitening_of(const FrameCamera& camera, const Pose& T_cw, const Match&
   if (!(variance > 0) || !linearize(camera, T_cw, match, uses_depth_cue, at)) return none;
   const bool has_third = at.rows == 3;
   const double of_third = !has_third ? 1 : camera.is_pinhole() ? variance : of_depth;  // 1: dropped below
-  const Eigen::Matrix3d H_p = at.J * T_cw.linear();
+  const Eigen::Matrix3d H_p = at.H_p(T_cw);
   Eigen::Matrix3d covariance = H_p * map_covariance * H_p.transpose();
   covariance.diagonal() += Eigen::Vector3d(variance, variance, of_third);
   const Eigen::LLT<Eigen::Matrix3d> factor(covariance);

@@ -18,6 +18,8 @@ struct LinearizedMatch {
 
   /// [J | -J [p]x].
   Eigen::Matrix<double, 3, 6> H_x() const;
+  /// With respect to the point in the world frame.
+  Eigen::Matrix3d H_p(const Pose& T_cw) const { return J * T_cw.linear(); }
 };
 
 /// Linearises `match` at T_cw, of a rig the pose of its body; its third measurement counts if `uses_depth_cue`. Returns

@@ -32,7 +32,7 @@ std::vector<std::array<double, 9>> stereo_covariances(const Frame& frame) {
     match.u_right = 0;  // stereo; the Jacobian does not depend on the value
     LinearizedMatch at;
     linearize(frame.camera, T_cw, match, true, at);
-    const Eigen::Matrix3d inverse = (at.J * T_cw.linear()).inverse();
+    const Eigen::Matrix3d inverse = at.H_p(T_cw).inverse();
     covariances.emplace_back();
     Eigen::Map<Eigen::Matrix3d>(covariances.back().data()) =
         triangulation_sigma * triangulation_sigma / match.inv_sigma2 * inverse * inverse.transpose();

@@ -115,7 +115,7 @@ TEST_P(PoseOf, jacobians_are_derivatives) {
     for (int i = 0; i < 3; ++i) {
       const Eigen::Vector3d step = h * Eigen::Vector3d::Unit(i);
       const Eigen::Vector3d change = predicted(T_cw_, step) - predicted(T_cw_, -step);
-      EXPECT_LT(((at.J * T_cw_.linear()).col(i) - change / (2 * h)).norm(), 1e-5);
+      EXPECT_LT((at.H_p(T_cw_).col(i) - change / (2 * h)).norm(), 1e-5);
     }
   }
 }
@@ -127,7 +127,7 @@ TEST_P(PoseOf, whitening_makes_the_covariance_of_residuals_the_identity) {
          {std::pair(false, of_map), std::pair(true, of_map), std::pair(true, Eigen::Matrix3d::Zero().eval())}) {
       LinearizedMatch at;
       ASSERT_TRUE(linearize(frame_.camera, T_cw_, match, uses_depth_cue, at));
-      const Eigen::MatrixXd H_p = at.J.topRows(at.rows) * T_cw_.linear();
+      const Eigen::MatrixXd H_p = at.H_p(T_cw_).topRows(at.rows);
       Eigen::MatrixXd covariance = product(H_p, product(map_covariance, H_p.transpose()));
       covariance.diagonal().array() += 1 / match.inv_sigma2;
       if (at.rows == 3 && match.depth > 0) {
@@ -171,7 +171,7 @@ TEST(PaperBlock, is_what_the_matrices_of_the_paper_give) {
   for (const Match& match : frame.matches) {
     LinearizedMatch at;
     ASSERT_TRUE(linearize(frame.camera, T_cw, match, false, at));
-    Eigen::Matrix3d H_p = at.J;
+    Eigen::Matrix3d H_p = at.H_p(T_cw) * T_cw.linear().transpose();
     H_p(2, 2) = 1;
     append_paper_block(T_cw, match, blocks);
     const Eigen::MatrixXd H_c = product(inverse(H_p), at.H_x());
